@@ -1,0 +1,3 @@
+//! The terrain command.
+
+fn main(){}

@@ -1,0 +1,113 @@
+use serde::{Deserialize, Serialize};
+
+use super::{ColourFormat, HeightRange};
+use crate::tiling::{Extent, LayerLayout, TileId, TilingScheme};
+
+/// What `manifest.json` says of a dataset.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Version of this format; readers refuse any other than [`Manifest::VERSION`].
+    pub version: u32,
+    /// The projected coordinate reference system of all coordinates.
+    pub crs: Crs,
+    /// Where the tiles lie.
+    pub scheme: TilingScheme,
+    /// The ground that holds heights: the sources' extent in the CRS, within the root.
+    pub data_extent: Extent,
+    /// The height layer.
+    pub heights: HeightLayer,
+    /// The colour layer, where there is imagery.
+    pub colours: Option<ColourLayer>,
+    /// What was read, by file name (never a path).
+    pub sources: Vec<String>,
+    /// What a reader should know: resampling done, voids filled, data assumed.
+    pub notes: Vec<String>,
+}
+
+impl Manifest {
+    /// The version this program writes and reads.
+    pub const VERSION: u32 = 1;
+}
+
+/// A projected coordinate reference system in metres.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Crs {
+    /// EPSG code; `None` for a local grid in metres with no known place on Earth.
+    pub epsg: Option<u32>,
+    /// A name for people, such as "WGS 84 / UTM zone 32N".
+    pub name: String,
+}
+
+/// How heights are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum HeightEncoding {
+    /// 16-bit steps wherever a tile's range fits, float32 (on the same steps) elsewhere.
+    Steps,
+    /// float32 for every tile, samples unchanged.
+    Float,
+}
+
+/// The height layer of a dataset.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HeightLayer {
+    /// Tile and pyramid sizes.
+    pub layout: LayerLayout,
+    /// How samples are stored.
+    pub encoding: HeightEncoding,
+    /// Metres a step of [`HeightEncoding::Steps`]; a power of two.
+    pub step_m: f32,
+    /// Range of all heights.
+    pub range: HeightRange,
+    /// Ranges of the coarse levels' tiles.
+    pub ranges: HeightRanges,
+}
+
+/// The lowest and highest height of every tile of the coarsest levels.
+///
+/// Selection needs a tile's height range to know its distance from the eye before the tile is
+/// loaded; keeping it for the first few levels only makes the answer small, and the same whatever
+/// happens to be in memory.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HeightRanges {
+    /// `levels[l][row * 2^l + column]`; `None` where the tile holds no data.
+    pub levels: Vec<Vec<Option<HeightRange>>>,
+}
+
+impl HeightRanges {
+    /// Number of levels written at the most.
+    pub const MAX_LEVELS: u8 = 6;
+
+    /// The range of the tile, or of its finest ancestor known; `None` where there is no data.
+    pub fn range(&self, tile: TileId) -> Option<HeightRange> {
+        let finest = self.levels.len().checked_sub(1)? as u8;
+        let known = tile.ancestor_at(finest.min(tile.level));
+        let index = ((known.row as usize) << known.level) + known.column as usize;
+        *self.levels.get(usize::from(known.level))?.get(index)?
+    }
+}
+
+/// How colours are stored on disk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ColourEncoding {
+    /// BC1 blocks, losslessly compressed.
+    Bc1,
+    /// BC7 blocks, losslessly compressed.
+    Bc7,
+    /// Plain RGBA8, losslessly compressed.
+    Rgba8,
+    /// JPEG for slow links; transcoded to BC blocks when loaded.
+    Jpeg,
+}
+
+/// The colour layer of a dataset.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ColourLayer {
+    /// Tile and pyramid sizes.
+    pub layout: LayerLayout,
+    /// How tiles are stored on disk.
+    pub encoding: ColourEncoding,
+    /// The format tiles decode to.
+    pub format: ColourFormat,
+}

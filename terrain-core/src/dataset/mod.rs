@@ -1,0 +1,15 @@
+//! A prepared dataset on disk: its manifest, its tile archives and how a tile is decoded.
+//!
+//! A dataset is a folder: `manifest.json`, `heights.pmtiles` and, where there is imagery,
+//! `colours.pmtiles`. Both layers share one [`TilingScheme`](crate::tiling::TilingScheme): a tile
+//! covers the same ground in both. Each layer has its own number of levels.
+
+mod manifest;
+mod tile_payload;
+mod tile_source;
+
+pub use manifest::{
+    ColourEncoding, ColourLayer, Crs, HeightEncoding, HeightLayer, HeightRanges, Manifest,
+};
+pub use tile_payload::{ColourFormat, ColourTile, HeightRange, HeightSamples, HeightTile};
+pub use tile_source::{LoadError, Loaded, TileSource};

@@ -1,0 +1,117 @@
+use std::collections::BTreeMap;
+
+use super::TileId;
+
+/// Which tiles exist: a set of ids kept as runs of columns per row, so that full rows cost one entry.
+///
+/// Memory is proportional to the number of *runs*, not of tiles: a dense level costs one run a row.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TileSet {
+    /// (level, row) -> disjoint, sorted, non-adjacent column runs `first..=last`.
+    rows: BTreeMap<(u8, u32), Vec<(u32, u32)>>,
+    len: u64,
+}
+
+impl TileSet {
+    /// An empty set.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Number of tiles in the set.
+    pub fn len(&self) -> u64 {
+        self.len
+    }
+
+    /// Whether the set holds no tile.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Whether the tile is in the set.
+    pub fn contains(&self, tile: TileId) -> bool {
+        self.rows.get(&(tile.level, tile.row)).is_some_and(|runs| {
+            let after = runs.partition_point(|run| run.0 <= tile.column);
+            after > 0 && runs[after - 1].1 >= tile.column
+        })
+    }
+
+    /// Adds the tile; returns whether it was new.
+    pub fn insert(&mut self, tile: TileId) -> bool {
+        let runs = self.rows.entry((tile.level, tile.row)).or_default();
+        let column = tile.column;
+        let after = runs.partition_point(|run| run.0 <= column);
+        if after > 0 && runs[after - 1].1 >= column {
+            return false;
+        }
+        let joins_left = after > 0 && runs[after - 1].1 + 1 == column;
+        let joins_right = after < runs.len() && column + 1 == runs[after].0;
+        match (joins_left, joins_right) {
+            (true, true) => {
+                runs[after - 1].1 = runs[after].1;
+                runs.remove(after);
+            }
+            (true, false) => runs[after - 1].1 = column,
+            (false, true) => runs[after].0 = column,
+            (false, false) => runs.insert(after, (column, column)),
+        }
+        self.len += 1;
+        true
+    }
+
+    /// Number of tiles of one level.
+    pub fn len_of_level(&self, level: u8) -> u64 {
+        self.runs_of_level(level).map(|(_, first, last)| u64::from(last - first) + 1).sum()
+    }
+
+    /// Every tile, coarsest level first, then by row and column.
+    pub fn iter(&self) -> impl Iterator<Item = TileId> + '_ {
+        self.rows.iter().flat_map(|(&(level, row), runs)| {
+            runs.iter().flat_map(move |&(first, last)| {
+                (first..=last).map(move |column| TileId::new(level, row, column))
+            })
+        })
+    }
+
+    fn runs_of_level(&self, level: u8) -> impl Iterator<Item = (u32, u32, u32)> + '_ {
+        self.rows
+            .range((level, 0)..=(level, u32::MAX))
+            .flat_map(|(&(_, row), runs)| runs.iter().map(move |&(first, last)| (row, first, last)))
+    }
+}
+
+impl FromIterator<TileId> for TileSet {
+    fn from_iter<I: IntoIterator<Item = TileId>>(tiles: I) -> Self {
+        let mut set = Self::new();
+        for tile in tiles {
+            set.insert(tile);
+        }
+        set
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn behaves_like_a_plain_set(ids in prop::collection::vec((0u32..4, 0u32..16), 0..120)) {
+            let plain: BTreeSet<_> = ids.iter().map(|&(r, c)| TileId::new(4, r, c)).collect();
+            let set: TileSet = ids.iter().map(|&(r, c)| TileId::new(4, r, c)).collect();
+            prop_assert_eq!(set.iter().collect::<Vec<_>>(), plain.iter().copied().collect::<Vec<_>>());
+            prop_assert_eq!(set.len(), plain.len() as u64);
+            prop_assert_eq!(set.len_of_level(4), plain.len() as u64);
+            for row in 0..4 {
+                for column in 0..16 {
+                    let tile = TileId::new(4, row, column);
+                    prop_assert_eq!(set.contains(tile), plain.contains(&tile));
+                }
+            }
+        }
+    }
+}
