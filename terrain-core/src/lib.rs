@@ -2,7 +2,10 @@
 
 pub mod camera_view;
 pub mod dataset;
+pub mod measure;
+pub mod residency;
 pub mod selection;
+pub mod surface;
 pub mod tiling;
 
 pub use camera_view::CameraView;
