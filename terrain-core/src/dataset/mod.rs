@@ -4,6 +4,8 @@
 //! `colours.pmtiles`. Both layers share one [`TilingScheme`](crate::tiling::TilingScheme): a tile
 //! covers the same ground in both. Each layer has its own number of levels.
 
+mod block_decode;
+mod height_lookup;
 mod manifest;
 mod tile_payload;
 mod tile_source;

@@ -71,6 +71,26 @@ impl FrameRecord {
         self.readback_bytes = totals.get(ByteCause::Readback);
     }
 
+    /// Takes in the work of a later frame: counts, bytes and times add up; what describes the state
+    /// after a frame becomes the later frame's.
+    pub fn add_work_of(&mut self, later: &Self) {
+        let earlier = std::mem::replace(self, later.clone());
+        self.frame_ms += earlier.frame_ms;
+        self.cpu_ms += earlier.cpu_ms;
+        self.select_ms += earlier.select_ms;
+        self.tiles_new += earlier.tiles_new;
+        self.tiles_evicted += earlier.tiles_evicted;
+        self.disk_bytes += earlier.disk_bytes;
+        self.upload_bytes += earlier.upload_bytes;
+        self.upload_dem_bytes += earlier.upload_dem_bytes;
+        self.upload_dom_bytes += earlier.upload_dom_bytes;
+        self.upload_table_bytes += earlier.upload_table_bytes;
+        self.upload_mesh_bytes += earlier.upload_mesh_bytes;
+        self.upload_uniform_bytes += earlier.upload_uniform_bytes;
+        self.readback_bytes += earlier.readback_bytes;
+        self.coordinate_pass_drawn |= earlier.coordinate_pass_drawn;
+    }
+
     /// The first line of `frames.csv`, without a line break.
     pub fn csv_header() -> String {
         Self::default().columns().map(|(name, _)| name).join(",")
