@@ -18,18 +18,32 @@ struct MeshBlock {
 @group(2) @binding(0) var<storage, read> mesh_vertices: array<MeshVertex>;
 @group(2) @binding(1) var<storage, read> mesh_blocks: array<MeshBlock>;
 @group(2) @binding(2) var<storage, read> visible_blocks: array<u32>;
-// x, y, z relative to the eye, three floats a vertex.
-@group(2) @binding(3) var<storage, read_write> positions: array<f32>;
+struct DisplacedVertex {
+    x: f32,
+    y: f32,
+    z: f32,
+    // The cached tiles that hold the vertex; see pack_hints.
+    tile_hints: u32,
+}
 
-fn displaced(vertex: MeshVertex) -> vec3<f32> {
+@group(2) @binding(3) var<storage, read_write> displaced_vertices: array<DisplacedVertex>;
+
+fn displaced(vertex: MeshVertex) -> DisplacedVertex {
     var offset_m = vec2<f32>(vertex.east, vertex.north) * frame.mesh_scale_m;
     // Beyond the data the mesh folds onto its border, so that the outermost triangles end exactly there.
     offset_m = clamp(offset_m, frame.data_min_from_eye_m, frame.data_max_from_eye_m);
-    let entry = tile_entries[find_tile(frame.height_table, fixed_from_offset(offset_m))];
+    let position = fixed_from_offset(offset_m);
+    let height_tile = find_tile(frame.height_table, position);
+    var colour_tile = 0u;
+    if frame.has_colours != 0u {
+        colour_tile = find_tile(frame.colour_table, position);
+    }
+    let entry = tile_entries[height_tile];
     let sample = sample_height(entry, texel_in_tile(entry, offset_m), vertex.spacing * frame.mesh_scale_m);
     let lowest_m = frame.height_min_m - frame.eye_height_coarse_m;
     let above_coarse_m = select(lowest_m, sample.x, sample.y > 0.0);
-    return vec3<f32>(offset_m, (above_coarse_m - frame.eye_height_rest_m) * frame.vertical_exaggeration);
+    let z = (above_coarse_m - frame.eye_height_rest_m) * frame.vertical_exaggeration;
+    return DisplacedVertex(offset_m.x, offset_m.y, z, pack_hints(height_tile, colour_tile));
 }
 
 @compute @workgroup_size(64)
@@ -40,8 +54,5 @@ fn displace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_i
         return;
     }
     let vertex = block.vertex_start + index;
-    let position = displaced(mesh_vertices[vertex]);
-    positions[vertex * 3u] = position.x;
-    positions[vertex * 3u + 1u] = position.y;
-    positions[vertex * 3u + 2u] = position.z;
+    displaced_vertices[vertex] = displaced(mesh_vertices[vertex]);
 }

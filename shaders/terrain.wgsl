@@ -8,11 +8,15 @@ const DEBUG_SLOPES: u32 = 3u;
 struct TerrainVertex {
     @builtin(position) clip: vec4<f32>,
     @location(0) relative_m: vec3<f32>,
+    // Part of the ground's light that comes through the air.
+    @location(1) clear: f32,
+    @location(2) @interpolate(flat) tile_hints: u32,
 }
 
 @vertex
-fn terrain_vertex(@location(0) relative_m: vec3<f32>) -> TerrainVertex {
-    return TerrainVertex(frame.clip_from_relative * vec4<f32>(relative_m, 1.0), relative_m);
+fn terrain_vertex(@location(0) relative_m: vec3<f32>, @location(1) tile_hints: u32) -> TerrainVertex {
+    let clip = frame.clip_from_relative * vec4<f32>(relative_m, 1.0);
+    return TerrainVertex(clip, relative_m, transmittance(relative_m), tile_hints);
 }
 
 // Where there is no imagery: tints by height, as on a relief map.
@@ -52,7 +56,7 @@ fn terrain_fragment(in: TerrainVertex) -> @location(0) vec4<f32> {
     let step_y_m = dpdy(offset_m);
     let position = fixed_from_offset(offset_m);
 
-    let height_entry = tile_entries[find_tile(frame.height_table, position)];
+    let height_entry = tile_entries[find_tile_near(frame.height_table, position, in.tile_hints & 0xffffu)];
     let height_place = texel_in_tile(height_entry, offset_m);
     let footprint_m = sqrt(max(length(step_x_m), 1.0e-9) * max(length(step_y_m), 1.0e-9));
     let surface = sample_slope(height_entry, height_place, footprint_m * height_entry.texels_per_m);
@@ -66,7 +70,7 @@ fn terrain_fragment(in: TerrainVertex) -> @location(0) vec4<f32> {
     var place = height_place;
     var size = frame.height_tile_texels;
     if frame.has_colours != 0u {
-        let entry = tile_entries[find_tile(frame.colour_table, position)];
+        let entry = tile_entries[find_tile_near(frame.colour_table, position, in.tile_hints >> 16u)];
         place = texel_in_tile(entry, offset_m);
         shown = entry;
         size = frame.colour_tile_texels;
@@ -76,17 +80,16 @@ fn terrain_fragment(in: TerrainVertex) -> @location(0) vec4<f32> {
     }
     var shaded = colour * light(surface.xy);
     if frame.debug_view == DEBUG_LEVELS {
-        shaded = mix(shaded, level_colour(shown.level), 0.45);
+        shaded = mix(shaded, level_colour(tile_level(shown)), 0.45);
     }
     if frame.debug_view == DEBUG_SLOPES {
         shaded = vec3<f32>(light(surface.xy) * 0.6);
     }
     if frame.debug_view == DEBUG_TILE_BORDERS || frame.debug_view == DEBUG_LEVELS {
         let pixel = (abs(step_x_m) + abs(step_y_m)) * shown.texels_per_m;
-        shaded = mix(shaded, level_colour(shown.level), tile_border(place, size, pixel));
+        shaded = mix(shaded, level_colour(tile_level(shown)), tile_border(place, size, pixel));
         return vec4<f32>(shaded, 1.0);
     }
-    let clear = transmittance(in.relative_m);
     let behind = sky_colour(vec3<f32>(in.relative_m.xy, 0.0) / max(length(in.relative_m), 1.0));
-    return vec4<f32>(mix(behind, shaded, clear), 1.0);
+    return vec4<f32>(mix(behind, shaded, in.clear), 1.0);
 }

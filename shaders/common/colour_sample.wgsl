@@ -1,9 +1,6 @@
-// Imagery of the cached colour tiles. Level 0 is the tile as stored (block compressed or not); its
-// two coarser mips are derived on the GPU and live in a second, uncompressed atlas of half the size
-// with the same arrangement of slots, so normalised coordinates serve both.
+// Imagery of the cached colour tiles, decoded on the GPU after their upload, with two coarser mips.
 
 @group(1) @binding(5) var colour_atlas: texture_2d<f32>;
-@group(1) @binding(6) var colour_mips: texture_2d<f32>;
 
 // One filtered tap at a place in the tile (texels of level 0): trilinear over the slot's mips.
 fn colour_tap(entry: TileEntry, place: vec2<f32>, mip: f32) -> vec4<f32> {
@@ -12,15 +9,7 @@ fn colour_tap(entry: TileEntry, place: vec2<f32>, mip: f32) -> vec4<f32> {
     let inside = clamp(place, vec2<f32>(-margin), vec2<f32>(frame.colour_tile_texels + margin));
     let texel = vec2<f32>(f32(entry.atlas_x), f32(entry.atlas_y)) + inside;
     let uv = texel / vec2<f32>(textureDimensions(colour_atlas));
-    if mip <= 0.0 {
-        return textureSampleLevel(colour_atlas, atlas_sampler, uv, 0.0);
-    }
-    if mip >= 1.0 {
-        return textureSampleLevel(colour_mips, atlas_sampler, uv, mip - 1.0);
-    }
-    let fine = textureSampleLevel(colour_atlas, atlas_sampler, uv, 0.0);
-    let coarse = textureSampleLevel(colour_mips, atlas_sampler, uv, 0.0);
-    return mix(fine, coarse, mip);
+    return textureSampleLevel(colour_atlas, atlas_sampler, uv, mip);
 }
 
 // Imagery under a pixel whose footprint is spanned by `span_x` and `span_y` (texels a pixel step):

@@ -6,7 +6,8 @@ struct TileEntry {
     // The tile's north-west corner relative to the eye, metres east and north.
     origin_from_eye_m: vec2<f32>,
     texels_per_m: f32,
-    level: u32,
+    // Bits 0 to 7: the level. Bit 8: no finer tile is cached anywhere below this one.
+    level_flags: u32,
     column: u32,
     row: u32,
     // North-west texel of the tile proper (inside its gutter) in the atlas.
@@ -18,6 +19,12 @@ struct TileEntry {
 @group(1) @binding(1) var<storage, read> tile_nodes: array<u32>;
 
 override LINEAR_LOOKUP: bool = false;
+
+const IS_FINEST_FLAG: u32 = 256u;
+
+fn tile_level(entry: TileEntry) -> u32 {
+    return entry.level_flags & 255u;
+}
 
 const FIXED_BITS: u32 = 30u;
 const FIXED_UNITS: i32 = 1073741824; // 2^30 a root side
@@ -36,7 +43,7 @@ fn find_tile_linear(table: TableRange, position: vec2<i32>) -> u32 {
     let place = vec2<u32>(position);
     for (var i = 0u; i < table.entry_count; i++) {
         let index = table.first_entry + i;
-        let shift = FIXED_BITS - tile_entries[index].level;
+        let shift = FIXED_BITS - tile_level(tile_entries[index]);
         if (place.x >> shift) == tile_entries[index].column && (place.y >> shift) == tile_entries[index].row {
             return index;
         }
@@ -70,6 +77,23 @@ fn find_tile(table: TableRange, position: vec2<i32>) -> u32 {
         return find_tile_linear(table, position);
     }
     return find_tile_descend(table, position);
+}
+
+// The same answer, found at once where the point lies in the hinted tile and nothing finer is cached
+// below it: points near one another mostly lie in the same tile.
+fn find_tile_near(table: TableRange, position: vec2<i32>, hint: u32) -> u32 {
+    let entry = tile_entries[hint];
+    let place = vec2<u32>(position) >> vec2<u32>(FIXED_BITS - tile_level(entry));
+    let is_inside = all(place == vec2<u32>(entry.column, entry.row));
+    if is_inside && (entry.level_flags & IS_FINEST_FLAG) != 0u {
+        return hint;
+    }
+    return find_tile(table, position);
+}
+
+// Two entry indices in one word, as the displacement hands them to the fragments.
+fn pack_hints(height_entry: u32, colour_entry: u32) -> u32 {
+    return height_entry | (colour_entry << 16u);
 }
 
 // Place of a point in its tile, in texels east and south of the tile's north-west corner.

@@ -1,47 +1,52 @@
 use super::atlas::{AtlasGrid, mip_view};
 use crate::dataset::{ColourFormat, ColourTile};
 
-/// The cache texture of the imagery as it is stored, and its derived coarser mips.
+/// The cache texture of the imagery.
+///
+/// Tiles cross the bus as they are stored, block compressed or not, and land in `stored`. From there
+/// the GPU decodes them into `colours` and derives two mips: blocks cannot be written by shaders, and
+/// mips that came with the tiles would cost a third more bytes on the bus.
 pub(crate) struct ColourAtlas {
     pub grid: AtlasGrid,
     pub format: ColourFormat,
+    pub stored: wgpu::Texture,
     pub colours: wgpu::Texture,
-    /// Mips 1 and 2 of `colours`, uncompressed; its own mips 0 and 1.
-    pub mips: wgpu::Texture,
 }
 
 impl ColourAtlas {
-    pub const MIP_COUNT: u32 = 2;
-    pub const MIP_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+    pub const MIP_COUNT: u32 = 3;
+    pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
     /// `format` must be one the device reads.
     pub fn new(device: &wgpu::Device, grid: AtlasGrid, format: ColourFormat) -> Self {
-        let [width, height] = grid.size_texels();
-        let colours = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("colour atlas"),
-            size: grid.extent(),
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: texture_format(format),
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
-        let mips = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("colour atlas mips"),
-            size: wgpu::Extent3d { width: width / 2, height: height / 2, depth_or_array_layers: 1 },
-            mip_level_count: Self::MIP_COUNT,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: Self::MIP_FORMAT,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::RENDER_ATTACHMENT,
-            view_formats: &[],
-        });
-        Self { grid, format, colours, mips }
+        let texture = |label, mip_level_count, format, usage| {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: grid.extent(),
+                mip_level_count,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: usage | wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            })
+        };
+        use wgpu::TextureUsages as Usage;
+        Self {
+            grid,
+            format,
+            stored: texture("stored colours", 1, texture_format(format), Usage::COPY_DST),
+            colours: texture(
+                "colour atlas",
+                Self::MIP_COUNT,
+                Self::FORMAT,
+                Usage::RENDER_ATTACHMENT,
+            ),
+        }
     }
 
-    pub fn derived_mip(&self, mip: u32) -> wgpu::TextureView {
-        mip_view(&self.mips, mip)
+    pub fn mip(&self, mip: u32) -> wgpu::TextureView {
+        mip_view(&self.colours, mip)
     }
 
     /// Writes one tile into its slot; returns the bytes sent.
@@ -55,7 +60,7 @@ impl ColourAtlas {
         };
         queue.write_texture(
             wgpu::TexelCopyTextureInfo {
-                texture: &self.colours,
+                texture: &self.stored,
                 mip_level: 0,
                 origin: wgpu::Origin3d { x, y, z: 0 },
                 aspect: wgpu::TextureAspect::All,

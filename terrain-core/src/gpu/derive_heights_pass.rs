@@ -7,15 +7,15 @@ use crate::dataset::{HeightSamples, HeightTile};
 /// The twin of `DecodeJob` in `derive_heights.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-struct DecodeJob {
-    atlas_x: u32,
-    atlas_y: u32,
-    first_word: u32,
-    is_float: u32,
-    base_steps: i32,
-    step_m: f32,
-    texel_size_m: f32,
-    stored_size: u32,
+pub(super) struct DecodeJob {
+    pub atlas_x: u32,
+    pub atlas_y: u32,
+    pub first_word: u32,
+    pub is_float: u32,
+    pub base_steps: i32,
+    pub step_m: f32,
+    pub texel_size_m: f32,
+    pub stored_size: u32,
 }
 
 /// A tile on its way into a slot of the height atlas.

@@ -38,7 +38,7 @@ impl DisplacePass {
 
     /// The bindings of one mesh.
     pub fn bind_mesh(&self, device: &wgpu::Device, mesh: &MeshBuffers) -> wgpu::BindGroup {
-        let buffers = [&mesh.vertices, &mesh.blocks, &mesh.visible_blocks, &mesh.positions];
+        let buffers = [&mesh.vertices, &mesh.blocks, &mesh.visible_blocks, &mesh.displaced];
         let entries = (0..)
             .zip(buffers)
             .map(|(binding, buffer)| wgpu::BindGroupEntry {

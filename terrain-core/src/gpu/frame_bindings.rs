@@ -19,7 +19,6 @@ struct AtlasViews {
     heights: wgpu::TextureView,
     slopes: wgpu::TextureView,
     colours: wgpu::TextureView,
-    colour_mips: wgpu::TextureView,
 }
 
 impl FrameBindings {
@@ -46,7 +45,6 @@ impl FrameBindings {
             heights: heights.heights.create_view(&Default::default()),
             slopes: heights.slopes.create_view(&Default::default()),
             colours: colours.colours.create_view(&Default::default()),
-            colour_mips: colours.mips.create_view(&Default::default()),
         };
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("atlas"),
@@ -133,7 +131,6 @@ fn terrain_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
             layout_entry(3, texture(true)),
             layout_entry(4, sampler),
             layout_entry(5, texture(true)),
-            layout_entry(6, texture(true)),
         ],
     })
 }
@@ -153,7 +150,6 @@ fn bind_terrain(
         TextureView(&views.slopes),
         Sampler(sampler),
         TextureView(&views.colours),
-        TextureView(&views.colour_mips),
     ];
     let entries = (0..)
         .zip(resources)

@@ -14,10 +14,24 @@ pub struct TableRange {
     pub root_word: u32,
 }
 
+/// Declares the struct and the list of its members' names, which a test holds against the shader.
+macro_rules! uniforms {
+    ($(#[$meta:meta])* pub struct $name:ident { $(pub $member:ident: $type:ty,)+ }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
+        #[expect(missing_docs, reason = "explained in common/frame.wgsl")]
+        pub struct $name { $(pub $member: $type,)+ }
+
+        #[cfg(test)]
+        impl $name {
+            pub(super) const MEMBER_NAMES: &[&str] = &[$(stringify!($member)),+];
+        }
+    };
+}
+
+uniforms! {
 /// The uniforms every pass of a frame reads: the twin of `FrameUniforms` in `common/frame.wgsl`,
 /// where the members are explained. A test compares the two member by member.
-#[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
-#[expect(missing_docs, reason = "explained in common/frame.wgsl")]
 pub struct FrameUniforms {
     pub clip_from_relative: Mat4,
     pub view_forward: Vec3,
@@ -50,6 +64,7 @@ pub struct FrameUniforms {
     pub anisotropy: u32,
     pub height_table: TableRange,
     pub colour_table: TableRange,
+}
 }
 
 impl FrameUniforms {

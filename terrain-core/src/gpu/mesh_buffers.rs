@@ -7,7 +7,7 @@ pub(crate) struct MeshBuffers {
     pub vertices: wgpu::Buffer,
     pub blocks: wgpu::Buffer,
     pub indices: wgpu::Buffer,
-    pub positions: wgpu::Buffer,
+    pub displaced: wgpu::Buffer,
     pub visible_blocks: wgpu::Buffer,
     /// Largest number of vertices in a block.
     pub max_block_vertices: u32,
@@ -15,8 +15,8 @@ pub(crate) struct MeshBuffers {
 }
 
 impl MeshBuffers {
-    /// Bytes of one displaced position.
-    pub const POSITION_BYTES: u64 = 12;
+    /// Bytes of one displaced vertex: x, y, z relative to the eye and the hints of its tiles.
+    pub const VERTEX_BYTES: u64 = 16;
 
     pub fn new(device: &wgpu::Device, mesh: &CircularMesh) -> Self {
         let blocks = mesh
@@ -44,9 +44,9 @@ impl MeshBuffers {
             vertices: init("mesh", bytemuck::cast_slice(&mesh.vertices), Usage::STORAGE),
             blocks: init("mesh blocks", bytemuck::cast_slice(&blocks), Usage::STORAGE),
             indices: init("mesh indices", bytemuck::cast_slice(&mesh.indices), Usage::INDEX),
-            positions: empty(
-                "displaced positions",
-                mesh.vertices.len() as u64 * Self::POSITION_BYTES,
+            displaced: empty(
+                "displaced vertices",
+                mesh.vertices.len() as u64 * Self::VERTEX_BYTES,
                 Usage::STORAGE | Usage::VERTEX,
             ),
             visible_blocks: empty(

@@ -23,6 +23,8 @@ mod sky_pass;
 mod terrain_cache;
 mod terrain_pass;
 mod timestamps;
+#[cfg(test)]
+mod twin_tests;
 
 pub use context::{AdapterChoice, GpuContext, GpuError};
 pub(crate) use coordinate_feedback::CoordinateFeedback;

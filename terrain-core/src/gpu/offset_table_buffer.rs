@@ -1,3 +1,5 @@
+use std::collections::HashSet;
+
 use bytemuck::{Pod, Zeroable};
 use glam::DVec2;
 
@@ -14,8 +16,8 @@ pub struct TileEntry {
     pub origin_from_eye_m: [f32; 2],
     /// Texels a metre.
     pub texels_per_m: f32,
-    /// Level of the tile.
-    pub level: u32,
+    /// Bits 0 to 7: level of the tile. Bit 8: no finer tile is cached below it.
+    pub level_flags: u32,
     /// Column of the tile.
     pub column: u32,
     /// Row of the tile.
@@ -24,6 +26,11 @@ pub struct TileEntry {
     pub atlas_x: u32,
     /// First row of the tile proper in the atlas.
     pub atlas_y: u32,
+}
+
+impl TileEntry {
+    /// The flag of a tile below which no finer one is cached.
+    pub const IS_FINEST: u32 = 1 << 8;
 }
 
 /// A layer's table together with what places its tiles on the ground and in the atlas.
@@ -35,13 +42,19 @@ pub(crate) struct TableSource<'a> {
 
 impl TableSource<'_> {
     fn entries(&self, scheme: &TilingScheme, eye: DVec2) -> impl Iterator<Item = TileEntry> {
+        let tiles = self.table.entries.iter().map(|entry| entry.tile);
+        let above_finer = tiles
+            .flat_map(|tile| std::iter::successors(tile.parent(), |tile| tile.parent()))
+            .collect::<HashSet<_>>();
         self.table.entries.iter().map(move |entry| {
+            let is_finest = !above_finer.contains(&entry.tile);
             let origin = scheme.tile_origin(entry.tile) - eye;
             let [x, y] = self.grid.slot_origin_texels(entry.slot);
             TileEntry {
                 origin_from_eye_m: origin.as_vec2().into(),
                 texels_per_m: (1.0 / self.layout.texel_size_m(scheme, entry.tile.level)) as f32,
-                level: u32::from(entry.tile.level),
+                level_flags: u32::from(entry.tile.level)
+                    | if is_finest { TileEntry::IS_FINEST } else { 0 },
                 column: entry.tile.column,
                 row: entry.tile.row,
                 atlas_x: x + self.layout.gutter_texels,

@@ -5,6 +5,8 @@ pub struct Shader {
     /// The pass that runs it.
     pub name: &'static str,
     parts: &'static [&'static str],
+    #[cfg(test)]
+    part_names: &'static [&'static str],
 }
 
 macro_rules! shader {
@@ -15,6 +17,8 @@ macro_rules! shader {
                 $(include_str!(concat!("../../../shaders/common/", $common, ".wgsl")),)*
                 include_str!(concat!("../../../shaders/", $name, ".wgsl")),
             ],
+            #[cfg(test)]
+            part_names: &[$($common),*],
         }
     };
 }
@@ -43,6 +47,12 @@ impl Shader {
     /// The whole text, common parts first.
     pub fn source(&self) -> String {
         self.parts.concat()
+    }
+
+    /// Names of the common parts.
+    #[cfg(test)]
+    pub fn part_names(&self) -> impl Iterator<Item = &'static str> {
+        self.part_names.iter().copied()
     }
 
     /// Compiles the shader. A compile error reaches [`super::GpuContext::check`].

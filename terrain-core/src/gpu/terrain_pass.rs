@@ -51,7 +51,7 @@ impl TerrainPass {
     }
 }
 
-/// A pipeline that draws displaced positions: shared by the picture and the coordinate pass.
+/// A pipeline that draws displaced vertices: shared by the picture and the coordinate pass.
 pub(super) fn surface_pipeline(
     device: &wgpu::Device,
     bindings: &FrameBindings,
@@ -76,9 +76,9 @@ pub(super) fn surface_pipeline(
             entry_point: Some(vertex_entry),
             compilation_options: options(),
             buffers: &[Some(wgpu::VertexBufferLayout {
-                array_stride: MeshBuffers::POSITION_BYTES,
+                array_stride: MeshBuffers::VERTEX_BYTES,
                 step_mode: wgpu::VertexStepMode::Vertex,
-                attributes: &wgpu::vertex_attr_array![0 => Float32x3],
+                attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32],
             })],
         },
         primitive: wgpu::PrimitiveState { polygon_mode, ..Default::default() },
@@ -111,7 +111,7 @@ pub(super) fn draw_blocks(
 ) {
     pass.set_bind_group(0, &bindings.frame, &[]);
     pass.set_bind_group(1, &bindings.terrain, &[]);
-    pass.set_vertex_buffer(0, buffers.positions.slice(..));
+    pass.set_vertex_buffer(0, buffers.displaced.slice(..));
     pass.set_index_buffer(buffers.indices.slice(..), wgpu::IndexFormat::Uint32);
     let ranges = visible.iter().filter_map(|&block| mesh.blocks.get(block as usize));
     for run in joined(ranges) {
