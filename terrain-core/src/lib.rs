@@ -2,6 +2,8 @@
 
 pub mod camera_view;
 pub mod dataset;
+pub mod geodesy;
+pub mod prepare;
 pub mod selection;
 pub mod tiling;
 
