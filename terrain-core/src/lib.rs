@@ -3,9 +3,11 @@
 pub mod camera_view;
 pub mod dataset;
 mod frame_setup;
+pub mod geodesy;
 pub mod gpu;
 mod layer_loading;
 pub mod measure;
+pub mod prepare;
 pub mod renderer_settings;
 pub mod residency;
 pub mod selection;

@@ -4,12 +4,18 @@
 //! `colours.pmtiles`. Both layers share one [`TilingScheme`](crate::tiling::TilingScheme): a tile
 //! covers the same ground in both. Each layer has its own number of levels.
 
+mod archive_reader;
+mod archive_writer;
 mod block_decode;
+pub mod codec;
+mod dataset_folder;
 mod height_lookup;
 mod manifest;
 mod tile_payload;
 mod tile_source;
 
+pub use archive_writer::{ArchiveWriteError, ArchiveWriter};
+pub use dataset_folder::{COLOURS_FILE, Dataset, HEIGHTS_FILE, MANIFEST_FILE, OpenError};
 pub use manifest::{
     ColourEncoding, ColourLayer, Crs, HeightEncoding, HeightLayer, HeightRanges, Manifest,
 };

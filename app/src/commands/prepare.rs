@@ -1,0 +1,257 @@
+//! `terrain prepare`: rasters in, a dataset out.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::Context;
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use terrain_core::dataset::{ColourEncoding, ColourFormat, HeightEncoding};
+use terrain_core::prepare::{PrepareRequest, PrepareSummary, Progress, prepare};
+
+/// Makes a dataset of height rasters and pictures
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  terrain prepare --dem dem.tif --dom ortho.tif --out alps
+  terrain prepare --dem N46E007.hgt N46E008.hgt --out valais
+  terrain prepare --dem etopo.tif --dom relief.jpg --dom-extent -180,-90,180,90 \\
+      --crs EPSG:4087 --out earth")]
+pub struct PrepareArgs {
+    /// Height rasters (GeoTIFF, SRTM .hgt, grey PNG with a world file); the first one counts where
+    /// they overlap
+    #[arg(long, value_name = "FILE", num_args = 1.., required = true)]
+    dem: Vec<PathBuf>,
+
+    /// Pictures (GeoTIFF, PNG or JPEG with a world file)
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    dom: Vec<PathBuf>,
+
+    /// Folder to write the dataset to
+    #[arg(long, value_name = "DATASET")]
+    out: PathBuf,
+
+    /// CRS of the dataset, in metres; also that of files that do not say theirs [default: the
+    /// heights' own, or the UTM zone they lie in]
+    #[arg(long, value_name = "EPSG:n", value_parser = parse_epsg)]
+    crs: Option<u32>,
+
+    /// Where pictures without a georeference lie
+    #[arg(long, value_name = "W,S,E,N", value_parser = parse_bounds, allow_hyphen_values = true)]
+    dom_extent: Option<Bounds>,
+
+    /// CRS of pictures that do not say theirs
+    #[arg(long, value_name = "EPSG:n", value_parser = parse_epsg)]
+    dom_crs: Option<u32>,
+
+    /// Texels along a height tile
+    #[arg(long, value_name = "TEXELS", default_value_t = 128)]
+    dem_tile: u32,
+
+    /// Texels along a colour tile
+    #[arg(long, value_name = "TEXELS", default_value_t = 384)]
+    dom_tile: u32,
+
+    /// Number of levels, or auto for as many as the sources fill
+    #[arg(long, value_name = "N", default_value = "auto", value_parser = parse_levels)]
+    levels: Levels,
+
+    /// How heights are stored
+    #[arg(long, value_enum, default_value_t = DemEncoding::Steps)]
+    dem_encoding: DemEncoding,
+
+    /// How colours are stored
+    #[arg(long, value_enum, default_value_t = DomEncoding::Bc7)]
+    dom_encoding: DomEncoding,
+
+    /// Leave gaps in the heights as they are
+    #[arg(long)]
+    keep_voids: bool,
+}
+
+/// West, south, east, north.
+#[derive(Clone, Copy, Debug)]
+struct Bounds([f64; 4]);
+
+/// A limit on the number of levels; `None` for auto.
+#[derive(Clone, Copy, Debug)]
+struct Levels(Option<u8>);
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum DemEncoding {
+    /// 16-bit steps of a power of two of a metre, at most 1 cm or half the source's step lost
+    Steps,
+    /// float32, unchanged
+    Float,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum DomEncoding {
+    /// 8 bits a texel
+    Bc7,
+    /// 4 bits a texel
+    Bc1,
+    /// 32 bits a texel
+    Rgba8,
+    /// JPEG on disk, BC7 on the GPU: for slow links
+    Jpeg,
+}
+
+/// Runs the command.
+pub fn run(args: PrepareArgs) -> anyhow::Result<()> {
+    let cancel = Arc::new(AtomicBool::new(false));
+    let flag = cancel.clone();
+    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
+        .context("cannot catch Ctrl-C")?;
+    let bar = TerminalProgress::new();
+    let summary = prepare(&request_of(args), &bar, &cancel);
+    bar.clear();
+    print_summary(&summary?);
+    Ok(())
+}
+
+fn request_of(args: PrepareArgs) -> PrepareRequest {
+    PrepareRequest {
+        epsg: args.crs,
+        colour_bounds: args.dom_extent.map(|bounds| bounds.0),
+        colour_epsg: args.dom_crs,
+        height_tile_texels: args.dem_tile,
+        colour_tile_texels: args.dom_tile,
+        level_limit: args.levels.0,
+        height_encoding: match args.dem_encoding {
+            DemEncoding::Steps => HeightEncoding::Steps,
+            DemEncoding::Float => HeightEncoding::Float,
+        },
+        colour_encoding: match args.dom_encoding {
+            DomEncoding::Bc7 => ColourEncoding::Bc7,
+            DomEncoding::Bc1 => ColourEncoding::Bc1,
+            DomEncoding::Rgba8 => ColourEncoding::Rgba8,
+            DomEncoding::Jpeg => ColourEncoding::Jpeg,
+        },
+        jpeg_format: ColourFormat::Bc7,
+        keep_voids: args.keep_voids,
+        ..PrepareRequest::new(args.dem, args.dom, args.out)
+    }
+}
+
+#[expect(clippy::print_stdout, reason = "the summary is the command's result")]
+fn print_summary(summary: &PrepareSummary) {
+    let manifest = &summary.manifest;
+    println!("CRS      {}", manifest.crs.name);
+    let size = manifest.data_extent.size_m() / 1000.0;
+    println!("ground   {:.1} x {:.1} km", size.x, size.y);
+    let range = manifest.heights.range;
+    println!("heights  {:.1} .. {:.1} m", range.min_m, range.max_m);
+    let mut texels = 0.0;
+    let colour_levels = manifest.colours.as_ref().map(|layer| layer.layout.level_count);
+    let layers = [
+        ("dem", Some(manifest.heights.layout.level_count), Some(summary.heights)),
+        ("dom", colour_levels, summary.colours),
+    ];
+    for (name, levels, layer) in layers {
+        let (Some(levels), Some(layer)) = (levels, layer) else { continue };
+        let [width, height] = layer.size_texels;
+        texels += width as f64 * height as f64;
+        println!(
+            "{name}      {width} x {height}, {levels} levels, {} tiles, {:.1} MB",
+            layer.tiles,
+            layer.payload_bytes as f64 / 1e6
+        );
+    }
+    for note in &manifest.notes {
+        println!("note     {note}");
+    }
+    let seconds = summary.elapsed.as_secs_f64();
+    println!("time     {seconds:.1} s, {:.1} Mpx/s", texels / 1e6 / seconds.max(1e-9));
+}
+
+/// A progress bar on a terminal, once the work has taken a second; nothing elsewhere.
+struct TerminalProgress {
+    bar: Option<ProgressBar>,
+    phase: Mutex<String>,
+    started: std::time::Instant,
+}
+
+impl TerminalProgress {
+    fn new() -> Self {
+        let bar = std::io::stderr().is_terminal().then(|| {
+            let bar = ProgressBar::hidden();
+            if let Ok(style) =
+                ProgressStyle::with_template("{msg:18} {wide_bar} {percent:>3} % {eta}")
+            {
+                bar.set_style(style);
+            }
+            bar
+        });
+        Self { bar, phase: Mutex::new(String::new()), started: std::time::Instant::now() }
+    }
+
+    fn clear(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl Progress for TerminalProgress {
+    fn advanced(&self, phase: &str, done: u64, total: u64) {
+        let Some(bar) = &self.bar else { return };
+        if self.started.elapsed().as_secs_f64() < 1.0 {
+            return;
+        }
+        if bar.is_hidden() {
+            bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
+        }
+        let mut known = self.phase.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if *known != phase {
+            phase.clone_into(&mut known);
+            bar.set_message(phase.to_owned());
+            bar.reset_eta();
+        }
+        bar.set_length(total);
+        bar.set_position(done);
+    }
+}
+
+fn parse_epsg(text: &str) -> Result<u32, String> {
+    let digits = text.strip_prefix("EPSG:").or_else(|| text.strip_prefix("epsg:")).unwrap_or(text);
+    digits.parse().map_err(|_| format!("{text:?} is not of the form EPSG:32632"))
+}
+
+fn parse_levels(text: &str) -> Result<Levels, String> {
+    match text {
+        "auto" => Ok(Levels(None)),
+        _ => match text.parse() {
+            Ok(levels) if (1..=25).contains(&levels) => Ok(Levels(Some(levels))),
+            _ => Err("give auto or a number from 1 to 25".to_owned()),
+        },
+    }
+}
+
+fn parse_bounds(text: &str) -> Result<Bounds, String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
+    match numbers[..] {
+        [west, south, east, north] if west < east && south < north => {
+            Ok(Bounds([west, south, east, north]))
+        }
+        _ => Err("give west,south,east,north with west < east and south < north".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arguments_are_parsed_or_refused() {
+        assert_eq!(parse_epsg("EPSG:32632"), Ok(32632));
+        assert_eq!(parse_epsg("3857"), Ok(3857));
+        assert!(parse_epsg("UTM32").is_err());
+        assert!(parse_bounds("-180,-90,180,90").is_ok());
+        assert!(parse_bounds("10,0,5,1").is_err() && parse_bounds("1,2,3").is_err());
+        assert!(parse_levels("auto").is_ok() && parse_levels("0").is_err());
+    }
+}

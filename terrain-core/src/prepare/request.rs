@@ -1,0 +1,72 @@
+use std::path::PathBuf;
+
+use crate::dataset::{ColourEncoding, ColourFormat, HeightEncoding};
+use crate::tiling::LayerLayout;
+
+/// What to prepare, and how.
+#[derive(Clone, Debug)]
+pub struct PrepareRequest {
+    /// Height rasters, at least one; where they overlap the first one counts.
+    pub heights: Vec<PathBuf>,
+    /// Pictures; may be none.
+    pub colours: Vec<PathBuf>,
+    /// Folder the dataset is written to. A dataset that is there already is replaced; anything else
+    /// is not.
+    pub out: PathBuf,
+    /// EPSG code of the dataset's CRS, also taken for that of rasters that do not say theirs.
+    pub epsg: Option<u32>,
+    /// Where pictures without a georeference lie: west, south, east, north, in the units of
+    /// `colour_epsg`.
+    pub colour_bounds: Option<[f64; 4]>,
+    /// EPSG code of pictures that do not say theirs.
+    pub colour_epsg: Option<u32>,
+    /// Texels along a height tile; a multiple of 8.
+    pub height_tile_texels: u32,
+    /// Texels along a colour tile; a multiple of 8.
+    pub colour_tile_texels: u32,
+    /// Most levels of either layer; `None` keeps all.
+    pub level_limit: Option<u8>,
+    /// How heights are stored.
+    pub height_encoding: HeightEncoding,
+    /// How colours are stored.
+    pub colour_encoding: ColourEncoding,
+    /// What JPEG tiles are transcoded to when loaded.
+    pub jpeg_format: ColourFormat,
+    /// Leaves gaps in the heights as they are.
+    pub keep_voids: bool,
+}
+
+impl PrepareRequest {
+    /// A request with the usual settings.
+    pub fn new(heights: Vec<PathBuf>, colours: Vec<PathBuf>, out: PathBuf) -> Self {
+        Self {
+            heights,
+            colours,
+            out,
+            epsg: None,
+            colour_bounds: None,
+            colour_epsg: None,
+            height_tile_texels: 128,
+            colour_tile_texels: 384,
+            level_limit: None,
+            height_encoding: HeightEncoding::Steps,
+            colour_encoding: ColourEncoding::Bc7,
+            jpeg_format: ColourFormat::Bc7,
+            keep_voids: false,
+        }
+    }
+
+    /// The format colour tiles decode to.
+    pub fn colour_format(&self) -> ColourFormat {
+        match self.colour_encoding {
+            ColourEncoding::Bc1 => ColourFormat::Bc1,
+            ColourEncoding::Bc7 => ColourFormat::Bc7,
+            ColourEncoding::Rgba8 => ColourFormat::Rgba8,
+            ColourEncoding::Jpeg => self.jpeg_format,
+        }
+    }
+
+    pub(super) fn layout(&self, tile_size_texels: u32, level_count: u8) -> LayerLayout {
+        LayerLayout { tile_size_texels, gutter_texels: LayerLayout::GUTTER_TEXELS, level_count }
+    }
+}

@@ -1,0 +1,259 @@
+use std::collections::VecDeque;
+
+use super::texel::Texel;
+
+/// Builds all levels of a layer from the rows of its finest one, in one pass.
+///
+/// Each level keeps only the rows its next row of tiles needs; a pair of rows makes a row of the
+/// coarser level (a 2 x 2 box filter) as soon as it is there. Memory is a few tile rows a level,
+/// whatever the height of the raster.
+pub struct RowPyramid<T> {
+    tile_size: usize,
+    gutter: usize,
+    /// Coarsest level first.
+    levels: Vec<LevelRows<T>>,
+}
+
+struct LevelRows<T> {
+    width: usize,
+    height: usize,
+    /// Rows held, the first of them being row `first_row` of the level.
+    rows: VecDeque<Vec<T>>,
+    first_row: usize,
+    next_tile_row: usize,
+}
+
+/// One row of tiles of a level, with the texels it needs.
+pub struct TileRow<'a, T> {
+    /// The level.
+    pub level: u8,
+    /// Which row of tiles.
+    pub row: u32,
+    tile_size: usize,
+    gutter: usize,
+    rows: &'a LevelRows<T>,
+}
+
+impl<T: Texel> RowPyramid<T> {
+    /// A pyramid of `level_count` levels over a finest raster of this size.
+    pub fn new(
+        width: usize,
+        height: usize,
+        level_count: u8,
+        tile_size: usize,
+        gutter: usize,
+    ) -> Self {
+        let levels = (0..level_count)
+            .map(|level| {
+                let shift = level_count - 1 - level;
+                let ceil = |size: usize| size.div_ceil(1 << shift);
+                LevelRows {
+                    width: ceil(width),
+                    height: ceil(height),
+                    rows: VecDeque::new(),
+                    first_row: 0,
+                    next_tile_row: 0,
+                }
+            })
+            .collect();
+        Self { tile_size, gutter, levels }
+    }
+
+    /// Takes the next row of the finest level, from the north, and hands on every row of tiles that
+    /// is complete with it. Rows of tiles come in order within a level.
+    pub fn push<E>(
+        &mut self,
+        row: Vec<T>,
+        emit: &mut impl FnMut(&TileRow<'_, T>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut row = Some(row);
+        for level in (0..self.levels.len()).rev() {
+            let Some(next) = row.take() else { break };
+            let rows = &mut self.levels[level];
+            rows.rows.push_back(next);
+            if level > 0 {
+                row = rows.coarser_row();
+            }
+            self.emit_complete(level, emit)?;
+        }
+        Ok(())
+    }
+
+    fn emit_complete<E>(
+        &mut self,
+        level: usize,
+        emit: &mut impl FnMut(&TileRow<'_, T>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let (tile_size, gutter) = (self.tile_size, self.gutter);
+        let rows = &mut self.levels[level];
+        while rows.next_tile_row * tile_size < rows.height {
+            let needed = ((rows.next_tile_row + 1) * tile_size + gutter).min(rows.height);
+            if rows.received() < needed {
+                break;
+            }
+            let row = rows.next_tile_row as u32;
+            emit(&TileRow { level: level as u8, row, tile_size, gutter, rows })?;
+            rows.next_tile_row += 1;
+            rows.forget_before((rows.next_tile_row * tile_size).saturating_sub(gutter));
+        }
+        Ok(())
+    }
+}
+
+impl<T: Texel> LevelRows<T> {
+    fn received(&self) -> usize {
+        self.first_row + self.rows.len()
+    }
+
+    /// The coarser row that the last row completes, if it does. The gutter keeps at least the last
+    /// two rows in memory.
+    fn coarser_row(&self) -> Option<Vec<T>> {
+        let received = self.received();
+        let pair_complete = received.is_multiple_of(2);
+        if !pair_complete && received < self.height {
+            return None;
+        }
+        let last = self.rows.back()?;
+        let (north, south) = if pair_complete {
+            (self.rows.get(self.rows.len().checked_sub(2)?)?, Some(last))
+        } else {
+            (last, None)
+        };
+        let at = |row: Option<&Vec<T>>, column: usize| {
+            row.and_then(|row| row.get(column)).copied().unwrap_or(T::EMPTY)
+        };
+        let average = |column: usize| {
+            let (west, east) = (2 * column, 2 * column + 1);
+            T::average([north[west], at(Some(north), east), at(south, west), at(south, east)])
+        };
+        Some((0..self.width.div_ceil(2)).map(average).collect())
+    }
+
+    fn forget_before(&mut self, row: usize) {
+        // Two rows are always kept for the coarser level.
+        while self.first_row < row && self.rows.len() > 2 {
+            self.rows.pop_front();
+            self.first_row += 1;
+        }
+    }
+}
+
+impl<T: Texel> TileRow<'_, T> {
+    /// Columns of tiles that can hold data.
+    pub fn columns(&self) -> u32 {
+        self.rows.width.div_ceil(self.tile_size) as u32
+    }
+
+    /// The texels of a tile with its gutter, empty beyond the raster; `None` where the tile itself
+    /// (its gutter not counted) holds nothing.
+    pub fn tile(&self, column: u32) -> Option<Vec<T>> {
+        let stored = self.tile_size + 2 * self.gutter;
+        let mut texels = vec![T::EMPTY; stored * stored];
+        // Positions are counted from the gutter's corner, which may lie beyond the raster.
+        let left = (column as usize * self.tile_size) as i64 - self.gutter as i64;
+        let top = (self.row as usize * self.tile_size) as i64 - self.gutter as i64;
+        let from = left.max(0) as usize;
+        let to = ((left + stored as i64) as usize).min(self.rows.width);
+        for y in 0..stored {
+            let row = (top + y as i64) - self.rows.first_row as i64;
+            let Some(row) = usize::try_from(row).ok().and_then(|row| self.rows.rows.get(row))
+            else {
+                continue;
+            };
+            let start = y * stored + (from as i64 - left) as usize;
+            texels[start..start + to - from].copy_from_slice(&row[from..to]);
+        }
+        let inner = self.gutter..self.gutter + self.tile_size;
+        let holds_data = inner
+            .clone()
+            .any(|y| texels[y * stored..][inner.clone()].iter().any(Texel::holds_data));
+        holds_data.then_some(texels)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashMap;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// The straightforward pyramid: whole rasters in f64, one level after the other.
+    fn brute_force(finest: &[f64], width: usize, height: usize) -> (Vec<f64>, usize, usize) {
+        let (w, h) = (width.div_ceil(2), height.div_ceil(2));
+        let mut out = vec![f64::NAN; w * h];
+        for (index, target) in out.iter_mut().enumerate() {
+            let (row, column) = (2 * (index / w), 2 * (index % w));
+            let held: Vec<f64> = [(0, 0), (0, 1), (1, 0), (1, 1)]
+                .iter()
+                .map(|(dy, dx)| (row + dy, column + dx))
+                .filter(|&(y, x)| y < height && x < width)
+                .map(|(y, x)| finest[y * width + x])
+                .filter(|value| !value.is_nan())
+                .collect();
+            *target = held.iter().sum::<f64>() / held.len() as f64;
+        }
+        (out, w, h)
+    }
+
+    proptest! {
+        #[test]
+        fn every_texel_of_every_tile_is_the_box_average(
+            width in 1_usize..70, height in 1_usize..70, level_count in 1_u8..5, seed in 0_u32..1000,
+        ) {
+            let (tile, gutter) = (8, 4);
+            let finest: Vec<f32> = (0..width * height)
+                .map(|i| {
+                    let word = (i as u32 + seed).wrapping_mul(2_654_435_761) >> 16;
+                    if word % 7 == 0 { f32::NAN } else { word as f32 / 64.0 }
+                })
+                .collect();
+            let mut tiles = HashMap::new();
+            let mut pyramid = RowPyramid::new(width, height, level_count, tile, gutter);
+            for row in finest.chunks(width) {
+                pyramid.push(row.to_vec(), &mut |tile_row: &TileRow<'_, f32>| {
+                    for column in 0..tile_row.columns() {
+                        tiles.insert((tile_row.level, tile_row.row, column), tile_row.tile(column));
+                    }
+                    Ok::<_, ()>(())
+                }).unwrap();
+            }
+            let mut raster: Vec<f64> = finest.iter().copied().map(f64::from).collect();
+            let (mut w, mut h) = (width, height);
+            for level in (0..level_count).rev() {
+                for row in 0..h.div_ceil(tile) {
+                    for column in 0..w.div_ceil(tile) {
+                        let got = tiles.remove(&(level, row as u32, column as u32));
+                        let got = got.expect("every tile of the raster is handed on");
+                        check_tile(got.as_deref(), &raster, (w, h), (row, column))?;
+                    }
+                }
+                (raster, w, h) = brute_force(&raster, w, h);
+            }
+            prop_assert!(tiles.is_empty());
+        }
+    }
+
+    fn check_tile(
+        got: Option<&[f32]>,
+        raster: &[f64],
+        (w, h): (usize, usize),
+        (row, column): (usize, usize),
+    ) -> Result<(), TestCaseError> {
+        let expected = |y: i64, x: i64| {
+            let inside = y >= 0 && x >= 0 && (y as usize) < h && (x as usize) < w;
+            if inside { raster[y as usize * w + x as usize] } else { f64::NAN }
+        };
+        let place = |offset: usize, tile: usize| (tile * 8 + offset) as i64 - 4;
+        let held =
+            (4..12).any(|y| (4..12).any(|x| !expected(place(y, row), place(x, column)).is_nan()));
+        prop_assert_eq!(got.is_some(), held);
+        for (index, &value) in got.unwrap_or_default().iter().enumerate() {
+            let want = expected(place(index / 16, row), place(index % 16, column));
+            prop_assert_eq!(value.is_nan(), want.is_nan());
+            prop_assert!(value.is_nan() || (f64::from(value) - want).abs() < 1e-3);
+        }
+        Ok(())
+    }
+}

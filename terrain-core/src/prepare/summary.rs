@@ -1,0 +1,84 @@
+use std::time::Duration;
+
+use super::colour_layer::WrittenColours;
+use super::height_layer::WrittenHeights;
+use super::plan::{LayerPlan, Plan};
+use super::void_fill::{MAX_VOID_CELLS, VoidReport};
+use crate::dataset::Manifest;
+use crate::tiling::TileSet;
+
+/// What was made, and at what cost.
+#[derive(Clone, Debug)]
+pub struct PrepareSummary {
+    /// The dataset's manifest, its notes included.
+    pub manifest: Manifest,
+    /// The height layer.
+    pub heights: LayerSummary,
+    /// The colour layer, where there is one.
+    pub colours: Option<LayerSummary>,
+    /// What became of gaps in the heights.
+    pub voids: VoidReport,
+    /// Time from start to end.
+    pub elapsed: Duration,
+}
+
+/// What was made of one layer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LayerSummary {
+    /// Texels of the finest level's raster, along x and y.
+    pub size_texels: [usize; 2],
+    /// Tiles written, all levels.
+    pub tiles: u64,
+    /// Bytes of their payloads.
+    pub payload_bytes: u64,
+}
+
+impl LayerSummary {
+    fn new(plan: &LayerPlan, present: &TileSet, payload_bytes: u64) -> Self {
+        let target = plan.rows.target();
+        let size_texels = [target.width, target.height];
+        Self { size_texels, tiles: present.len(), payload_bytes }
+    }
+}
+
+impl PrepareSummary {
+    pub(super) fn new(
+        manifest: Manifest,
+        plan: &Plan,
+        heights: &WrittenHeights,
+        colours: Option<&WrittenColours>,
+        elapsed: Duration,
+    ) -> Self {
+        let colours = plan.colours.as_ref().zip(colours).map(|(plan, written)| {
+            LayerSummary::new(plan, &written.present, written.payload_bytes)
+        });
+        Self {
+            manifest,
+            heights: LayerSummary::new(&plan.heights, &heights.present, heights.payload_bytes),
+            colours,
+            voids: heights.voids,
+            elapsed,
+        }
+    }
+}
+
+/// What the manifest says of gaps.
+pub(super) fn void_notes(voids: &VoidReport, kept: bool) -> Vec<String> {
+    let mut notes = Vec::new();
+    if kept {
+        notes.push("gaps in the heights are left as they are".to_owned());
+    }
+    if voids.voids_filled > 0 {
+        notes.push(format!(
+            "{} gaps in the heights ({} cells) filled from their rims",
+            voids.voids_filled, voids.cells_filled
+        ));
+    }
+    if voids.voids_left > 0 {
+        notes.push(format!(
+            "{} gaps wider than {MAX_VOID_CELLS} cells left as they are",
+            voids.voids_left
+        ));
+    }
+    notes
+}
