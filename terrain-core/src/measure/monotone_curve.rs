@@ -129,8 +129,8 @@ mod tests {
     fn it_reproduces_a_parabola_that_nowhere_bends_too_much() {
         let times: Vec<f64> = (4..12).map(|i| f64::from(i) * 0.5).collect();
         let curve = MonotoneCurve::new(&times, times.iter().map(|t| t * t).collect());
-        for index in 0..times.len() - 1 {
-            let t = times[index] + 0.2;
+        for (index, start) in times[..times.len() - 1].iter().enumerate() {
+            let t = start + 0.2;
             assert!((curve.value(index, 0.4, 0.5) - t * t).abs() < 1e-12);
         }
     }
