@@ -76,6 +76,10 @@ impl Flight {
         extent: &Extent,
         ground_height_m: &dyn Fn(DVec2) -> f64,
     ) -> Result<Self, FlightError> {
+        let side_m = extent.size_m().min_element();
+        if !(side_m > 0.0 && extent.min.is_finite() && extent.max.is_finite()) {
+            return Err(FlightError::NoArea);
+        }
         let ground_m = |point: DVec2| Some(ground_height_m(point)).filter(|h| h.is_finite());
         Self::new(crs, FPS, Tour::plan(extent, &|point| ground_m(point).unwrap_or(0.0)).keyframes())
     }

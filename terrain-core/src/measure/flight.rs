@@ -87,6 +87,9 @@ pub enum FlightError {
     /// No keyframes.
     #[error("no keyframes")]
     NoKeyframes,
+    /// Ground to fly over that has no area.
+    #[error("there is no ground to fly over: its extent has no area")]
+    NoArea,
     /// The frame rate is not a positive number.
     #[error("fps is {0}, not a positive number")]
     FrameRate(f64),

@@ -13,3 +13,6 @@ pub use flight::{Flight, FlightError, Keyframe};
 pub use flight_recorder::FlightRecorder;
 pub use frame_record::FrameRecord;
 pub use ledger::{ByteCause, ByteTotals, FrameLedger};
+
+#[cfg(test)]
+mod tests;

@@ -70,3 +70,68 @@ fn end_slope(secants: [f64; 2], widths: [f64; 2]) -> f64 {
     let limit = 2.0 * secants[0].abs();
     parabola.clamp(-limit, limit)
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Times and values of a curve with 2 to 12 samples, among them runs of equal ones.
+    fn samples() -> impl Strategy<Value = (Vec<f64>, Vec<f64>)> {
+        let value = prop_oneof![-1.0e3..1.0e3f64, Just(5.0), Just(7.0)];
+        prop::collection::vec((1.0e-3..10.0f64, value), 2..12).prop_map(|steps| {
+            let mut t = 0.0;
+            steps
+                .into_iter()
+                .map(|(width, value)| {
+                    t += width;
+                    (t, value)
+                })
+                .unzip()
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn it_hits_its_samples_and_never_leaves_their_range((times, values) in samples()) {
+            let curve = MonotoneCurve::new(&times, values.clone());
+            for (index, pair) in values.windows(2).enumerate() {
+                let width = times[index + 1] - times[index];
+                prop_assert_eq!(curve.value(index, 0.0, width), pair[0]);
+                prop_assert_eq!(curve.value(index, 1.0, width), pair[1]);
+                let slack = 1e-9 * (pair[0].abs() + pair[1].abs());
+                let mut before = pair[0];
+                for step in 1..=64 {
+                    let value = curve.value(index, f64::from(step) / 64.0, width);
+                    let towards = (pair[1] - pair[0]).signum();
+                    prop_assert!((value - before) * towards >= -slack, "turns back at {}", step);
+                    before = value;
+                }
+            }
+        }
+
+        #[test]
+        fn its_speed_is_continuous((times, values) in samples()) {
+            let curve = MonotoneCurve::new(&times, values.clone());
+            for index in 1..values.len() - 1 {
+                let [left, right] = [index - 1, index].map(|i| times[i + 1] - times[i]);
+                let step = 1.0e-6;
+                let arriving = (values[index] - curve.value(index - 1, 1.0 - step, left)) / (step * left);
+                let leaving = (curve.value(index, step, right) - values[index]) / (step * right);
+                let scale = values.iter().fold(1.0, |max: f64, v| max.max(v.abs())) / left.min(right);
+                prop_assert!((arriving - leaving).abs() < 1e-3 * scale, "{arriving} {leaving}");
+            }
+        }
+    }
+
+    #[test]
+    fn it_reproduces_a_parabola_that_nowhere_bends_too_much() {
+        let times: Vec<f64> = (4..12).map(|i| f64::from(i) * 0.5).collect();
+        let curve = MonotoneCurve::new(&times, times.iter().map(|t| t * t).collect());
+        for (index, start) in times[..times.len() - 1].iter().enumerate() {
+            let t = start + 0.2;
+            assert!((curve.value(index, 0.4, 0.5) - t * t).abs() < 1e-12);
+        }
+    }
+}

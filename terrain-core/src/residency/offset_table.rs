@@ -128,3 +128,130 @@ pub fn slot_origin_texels(slot: u32, columns: u32, stored_size_texels: u32) -> [
     let columns = columns.max(1);
     [slot % columns * stored_size_texels, slot / columns * stored_size_texels]
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::tiling::{FIXED_UNITS_PER_ROOT, MAX_LEVEL};
+
+    /// The tile of a level that holds the point given by two fractions of the root.
+    fn tile_of(level: u8, east: f64, south: f64) -> TileId {
+        FixedPosition::from_root_fraction(east, south).tile_at(level).unwrap()
+    }
+
+    fn any_tile() -> impl Strategy<Value = TileId> {
+        // Half of the tiles crowd round one point, so that many lie within one another.
+        let near = (0..=MAX_LEVEL, 0.3..0.3001, 0.7..0.7001);
+        let anywhere = (0..=6u8, 0.0..0.999, 0.0..0.999);
+        prop_oneof![near, anywhere].prop_map(|(level, east, south)| tile_of(level, east, south))
+    }
+
+    /// Points in and around the root, on tile borders and among the crowded tiles.
+    fn any_position() -> impl Strategy<Value = FixedPosition> {
+        let fraction = |range: std::ops::Range<f64>| (range.clone(), range);
+        let grid = (-1i32..=64).prop_map(|i| i << 24);
+        prop_oneof![
+            fraction(-2.1..2.1).prop_map(|(x, y)| FixedPosition::from_root_fraction(x, y)),
+            (0.3..0.3001, 0.7..0.7001).prop_map(|(x, y)| FixedPosition::from_root_fraction(x, y)),
+            (grid.clone(), grid).prop_map(|(x, y)| FixedPosition { x, y }),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn both_searches_find_the_finest_tile_at_a_point(
+            tiles in prop::collection::vec(any_tile(), 0..80),
+            positions in prop::collection::vec(any_position(), 50),
+        ) {
+            let table = OffsetTable::build(tiles.iter().copied().zip(0u32..));
+            for position in positions {
+                let size = |tile: &TileId| FIXED_UNITS_PER_ROOT >> tile.level;
+                let holds = |tile: &&TileId| {
+                    let (west, north) = (tile.column as i32 * size(tile), tile.row as i32 * size(tile));
+                    (west..west + size(tile)).contains(&position.x)
+                        && (north..north + size(tile)).contains(&position.y)
+                };
+                let finest = tiles.iter().filter(holds).max_by_key(|tile| tile.level).copied();
+                let found = |index: Option<usize>| index.map(|index| table.entries[index].tile);
+                prop_assert_eq!(found(table.find_linear(position)), finest);
+                prop_assert_eq!(table.find_linear(position), table.find_descend(position));
+            }
+        }
+
+        #[test]
+        fn entries_are_the_residents_finest_first(
+            tiles in prop::collection::btree_set(any_tile(), 0..60),
+        ) {
+            let table = OffsetTable::build(tiles.iter().copied().zip(100u32..));
+            prop_assert_eq!(table.entries.len(), tiles.len());
+            prop_assert!(table.entries.is_sorted_by_key(|e| (Reverse(e.tile.level), e.tile)));
+            for (tile, slot) in tiles.into_iter().zip(100u32..) {
+                let entry = OffsetEntry { tile, slot };
+                prop_assert!(table.entries.contains(&entry));
+            }
+        }
+    }
+
+    #[test]
+    fn an_empty_table_finds_nothing() {
+        let table = OffsetTable::build([]);
+        let middle = FixedPosition::from_root_fraction(0.5, 0.5);
+        assert_eq!((table.find_linear(middle), table.find_descend(middle)), (None, None));
+        assert_eq!(table.nodes, [0; 4]);
+    }
+
+    #[test]
+    fn the_words_are_laid_out_as_stated() {
+        let south_west = TileId::new(1, 1, 0);
+        let inner = TileId::new(3, 5, 2);
+        let table = OffsetTable::build([(TileId::ROOT, 4), (inner, 7), (south_west, 9)]);
+        let slots: Vec<_> = table.entries.iter().map(|entry| entry.slot).collect();
+        assert_eq!(slots, [7, 9, 4], "finest first");
+        assert_eq!(table.root_word, 3 << 16);
+        // Node 0: only the south-west child, the second entry, with node 1. Tile 3/5/2 is the
+        // south-west child of 2/2/1, the north-east child of 1/1/0.
+        assert_eq!(table.nodes, [0, 0, 2 << 16 | 1, 0, 0, 2, 0, 0, 0, 0, 1 << 16, 0]);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_left_out_from_the_finest_on() {
+        let whole = |level: u8| {
+            (0..1_u32 << (2 * level))
+                .map(move |i| TileId::new(level, i >> level, i & ((1 << level) - 1)))
+        };
+        let table = OffsetTable::build(whole(7).chain(whole(8)).chain([TileId::ROOT]).zip(0u32..));
+        assert_eq!(table.entries.len(), COUNT_MAX);
+        let coarse = table.entries.iter().filter(|entry| entry.tile.level < 8).count();
+        assert_eq!(coarse, 1 + 128 * 128);
+        check_agreement(&table);
+
+        // Every tile of the finest level needs a path of its own: the nodes run out.
+        let lonely = whole(6).map(|tile| {
+            TileId::new(MAX_LEVEL, (tile.row << 18) + 12_345, (tile.column << 18) + 54_321)
+        });
+        let table = OffsetTable::build(whole(6).chain(lonely).zip(0u32..));
+        assert!(table.nodes.len() <= 4 * (COUNT_MAX + 1));
+        assert_eq!(table.entries.iter().filter(|entry| entry.tile.level == 6).count(), 64 * 64);
+        assert!(table.entries.len() > 64 * 64 && table.entries.len() < 2 * 64 * 64);
+        check_agreement(&table);
+    }
+
+    fn check_agreement(table: &OffsetTable) {
+        for entry in table.entries.iter().step_by(97) {
+            let size = FIXED_UNITS_PER_ROOT >> entry.tile.level;
+            let (x, y) = (entry.tile.column as i32 * size, entry.tile.row as i32 * size);
+            let position = FixedPosition { x, y };
+            assert_eq!(table.find_linear(position), table.find_descend(position), "{entry:?}");
+        }
+    }
+
+    #[test]
+    fn slots_are_counted_row_by_row() {
+        assert_eq!(slot_origin_texels(0, 6, 136), [0, 0]);
+        assert_eq!(slot_origin_texels(5, 6, 136), [680, 0]);
+        assert_eq!(slot_origin_texels(20, 6, 136), [272, 408]);
+        assert_eq!(slot_origin_texels(3, 0, 8), [0, 24]);
+    }
+}

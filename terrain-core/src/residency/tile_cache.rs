@@ -207,3 +207,176 @@ fn affordable_uploads(waiting: &[(TileId, u64)], budget_bytes: u64) -> usize {
     });
     fitting.count().max(1).min(waiting.len())
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn tile(number: u32) -> TileId {
+        TileId::new(4, number / 16, number % 16)
+    }
+
+    const BYTES: u64 = 100;
+
+    fn everything_ready(_: TileId) -> Option<u64> {
+        Some(BYTES)
+    }
+
+    fn placed(plan: &CachePlan) -> Vec<TileId> {
+        plan.uploads.iter().map(|placement| placement.tile).collect()
+    }
+
+    #[test]
+    fn what_is_not_loaded_is_requested_and_what_is_goes_to_free_slots_in_order() {
+        let mut cache = TileCache::new(2, 2);
+        let wanted = [TileId::ROOT, tile(1), tile(2)];
+        let plan = cache.plan(&wanted, &|_| None, 1_000, 1);
+        assert_eq!((plan.requests.as_slice(), plan.missing), (wanted.as_slice(), 3));
+        let plan = cache.plan(&wanted, &|t| (t != tile(1)).then_some(BYTES), 1_000, 2);
+        assert_eq!(placed(&plan), [TileId::ROOT, tile(2)]);
+        assert_eq!((plan.requests.as_slice(), plan.missing), ([tile(1)].as_slice(), 1));
+        assert_eq!(cache.residents().collect::<Vec<_>>(), [(TileId::ROOT, 0), (tile(2), 1)]);
+        let plan = cache.plan(&wanted, &everything_ready, 1_000, 3);
+        assert_eq!(plan.uploads, [Placement { tile: tile(1), slot: 2, evicted: None }]);
+        let idle = cache.plan(&wanted, &everything_ready, 1_000, 4);
+        assert_eq!(idle, CachePlan::default(), "nothing moves once all is resident");
+    }
+
+    #[test]
+    fn the_budget_holds_but_never_stops_progress() {
+        let mut cache = TileCache::new(3, 3);
+        let wanted: Vec<_> = (0..5).map(tile).collect();
+        let plan = cache.plan(&wanted, &everything_ready, 2 * BYTES + 99, 1);
+        assert_eq!(placed(&plan), wanted[..2]);
+        assert_eq!((plan.deferred.as_slice(), plan.missing), (&wanted[2..], 3));
+        for (frame, next) in (2..).zip(&wanted[2..]) {
+            let plan = cache.plan(&wanted, &everything_ready, 0, frame);
+            assert_eq!(placed(&plan), [*next], "one upload even without any budget");
+        }
+    }
+
+    #[test]
+    fn an_urgent_tile_over_budget_is_not_overtaken_by_smaller_ones() {
+        let mut cache = TileCache::new(3, 3);
+        let bytes = |t| Some(if t == tile(1) { 500 } else { 10 });
+        let plan = cache.plan(&[tile(0), tile(1), tile(2)], &bytes, 100, 1);
+        assert_eq!((placed(&plan), plan.deferred), (vec![tile(0)], vec![tile(1), tile(2)]));
+    }
+
+    #[test]
+    fn level_0_is_never_evicted_and_more_wanted_than_slots_takes_the_first() {
+        let mut cache = TileCache::new(2, 1);
+        cache.plan(&[TileId::ROOT], &everything_ready, 1_000, 1);
+        let plan = cache.plan(&[tile(1), tile(2), tile(3)], &everything_ready, 1_000, 2);
+        assert_eq!((placed(&plan), plan.turned_away, plan.missing), (vec![tile(1)], 2, 0));
+        let plan = cache.plan(&[tile(2)], &everything_ready, 1_000, 3);
+        assert_eq!(plan.uploads[0].evicted, Some(tile(1)));
+        assert!(cache.slot_of(TileId::ROOT).is_some());
+    }
+
+    #[test]
+    fn a_cache_without_slots_is_a_state() {
+        let mut cache = TileCache::new(0, 7);
+        let plan = cache.plan(&[TileId::ROOT], &everything_ready, 1_000, 1);
+        assert_eq!(plan, CachePlan { turned_away: 1, ..CachePlan::default() });
+    }
+
+    /// Tiles wanted (0 stands for level 0), the numbers of those ready, and the budget in tiles.
+    type Frame = (Vec<u32>, BTreeSet<u32>, u64);
+
+    fn frames() -> impl Strategy<Value = Vec<Frame>> {
+        let wanted = prop::collection::vec(0u32..14, 0..10);
+        let ready = prop::collection::btree_set(0u32..14, 0..14);
+        prop::collection::vec((wanted, ready, 0u64..5), 1..40)
+    }
+
+    fn numbered(number: u32) -> TileId {
+        if number == 0 { TileId::ROOT } else { tile(number) }
+    }
+
+    proptest! {
+        #[test]
+        fn it_behaves_like_a_slow_and_literal_cache(
+            frames in frames(), columns in 1u32..4, rows in 1u32..4,
+        ) {
+            let mut cache = TileCache::new(columns, rows);
+            // (tile, the frame that last wanted it) by slot.
+            let mut model: Vec<Option<(TileId, u64)>> = vec![None; (columns * rows) as usize];
+            for (frame, (wanted, ready, budget)) in (1u64..).zip(frames) {
+                let wanted: Vec<_> = wanted.into_iter().map(numbered).collect();
+                let ready: BTreeSet<_> = ready.into_iter().map(numbered).collect();
+                let is_ready = |tile| ready.contains(&tile).then_some(BYTES);
+                let plan = cache.plan(&wanted, &is_ready, budget * BYTES, frame);
+                let expected = plan_by_hand(&mut model, &wanted, &ready, budget, frame);
+                prop_assert_eq!(plan, expected);
+                let residents: Vec<_> = (0u32..)
+                    .zip(&model)
+                    .filter_map(|(slot, held)| held.map(|(tile, _)| (tile, slot)))
+                    .collect();
+                prop_assert_eq!(cache.residents().collect::<Vec<_>>(), residents.clone());
+                prop_assert_eq!(cache.len(), residents.len());
+                for (tile, slot) in residents {
+                    prop_assert_eq!(cache.slot_of(tile), Some(slot));
+                }
+            }
+        }
+    }
+
+    /// The rules of [`TileCache::plan`] one by one, for tiles that all have [`BYTES`] bytes.
+    fn plan_by_hand(
+        model: &mut [Option<(TileId, u64)>],
+        wanted: &[TileId],
+        ready: &BTreeSet<TileId>,
+        budget_tiles: u64,
+        frame: u64,
+    ) -> CachePlan {
+        let is_held = |model: &[Option<(TileId, u64)>], tile| {
+            model.iter().flatten().any(|&(held, _)| held == tile)
+        };
+        let mut room = model.len();
+        let mut distinct: Vec<TileId> = Vec::new();
+        for &tile in wanted {
+            if !distinct.contains(&tile) {
+                distinct.push(tile);
+            }
+        }
+        let root_is_among = distinct.iter().take(room).any(|&tile| tile == TileId::ROOT);
+        if is_held(model, TileId::ROOT) && !root_is_among {
+            room -= 1;
+        }
+        let turned_away = distinct.len().saturating_sub(room);
+        distinct.truncate(room);
+        for held in model.iter_mut().flatten().filter(|(tile, _)| distinct.contains(tile)) {
+            held.1 = frame;
+        }
+        let mut plan = CachePlan { turned_away, ..CachePlan::default() };
+        for &tile in &distinct {
+            if is_held(model, tile) {
+                continue;
+            }
+            plan.missing += 1;
+            if !ready.contains(&tile) {
+                plan.requests.push(tile);
+            } else if plan.uploads.len() as u64 >= budget_tiles.max(1) {
+                plan.deferred.push(tile);
+            } else {
+                let age = |slot: &usize| match model[*slot] {
+                    None => (0, 0, std::cmp::Reverse(TileId::ROOT), *slot),
+                    Some((tile, last)) => (1, last, std::cmp::Reverse(tile), *slot),
+                };
+                let may_go = |slot: &usize| {
+                    model[*slot].is_none_or(|(t, _)| t != TileId::ROOT && !distinct.contains(&t))
+                };
+                let slot = (0..model.len()).filter(may_go).min_by_key(age).unwrap();
+                let evicted = model[slot].replace((tile, frame)).map(|(tile, _)| tile);
+                plan.uploads.push(Placement { tile, slot: slot as u32, evicted });
+                plan.missing -= 1;
+            }
+        }
+        plan
+    }
+}

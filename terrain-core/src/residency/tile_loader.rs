@@ -194,3 +194,120 @@ fn panic_message(payload: &(dyn Any + Send)) -> String {
         .or_else(|| payload.downcast_ref::<String>().cloned())
         .unwrap_or_else(|| "no message".to_owned())
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+
+    /// Long enough that only a hang reaches it.
+    const PATIENCE: Duration = Duration::from_secs(30);
+
+    fn tile(number: u32) -> TileId {
+        TileId::new(5, 0, number)
+    }
+
+    /// A loader of one thread whose loads wait for a word each; every begun load is announced.
+    struct Gated {
+        loader: TileLoader<u32>,
+        begun: crossbeam_channel::Receiver<TileId>,
+        gate: crossbeam_channel::Sender<()>,
+    }
+
+    fn gated() -> Gated {
+        let (announce, begun) = crossbeam_channel::unbounded();
+        let (gate, open) = crossbeam_channel::unbounded();
+        let load = move |tile: TileId| {
+            announce.send(tile).unwrap();
+            // An error means the test is over.
+            let _ = open.recv();
+            tile.column
+        };
+        Gated { loader: TileLoader::new(1, Arc::new(load)).unwrap(), begun, gate }
+    }
+
+    fn take_all<T: Send>(loader: &TileLoader<T>) -> Vec<(TileId, T)> {
+        let mut taken = Vec::new();
+        while !loader.is_idle() {
+            loader.wait_any(PATIENCE);
+            taken.extend(loader.poll());
+        }
+        taken
+    }
+
+    #[test]
+    fn the_queue_is_worked_off_in_order() {
+        let Gated { loader, begun, gate } = gated();
+        loader.set_wanted(&[tile(3), tile(1), tile(3), tile(2)]);
+        (0..3).for_each(|_| gate.send(()).unwrap());
+        assert_eq!(take_all(&loader), [(tile(3), 3), (tile(1), 1), (tile(2), 2)]);
+        assert_eq!(begun.len(), 3, "a tile wanted twice is loaded once");
+    }
+
+    #[test]
+    fn what_is_no_longer_wanted_is_not_begun_and_what_is_under_way_not_begun_again() {
+        let Gated { loader, begun, gate } = gated();
+        loader.set_wanted(&[tile(1), tile(2)]);
+        assert_eq!(begun.recv_timeout(PATIENCE), Ok(tile(1)));
+        loader.set_wanted(&[tile(4), tile(1)]);
+        gate.send(()).unwrap();
+        assert_eq!(begun.recv_timeout(PATIENCE), Ok(tile(4)));
+        assert!(loader.wait_any(PATIENCE));
+        loader.set_wanted(&[tile(1), tile(4)]); // one delivered but not taken, one under way
+        gate.send(()).unwrap();
+        assert_eq!(take_all(&loader), [(tile(1), 1), (tile(4), 4)]);
+        loader.set_wanted(&[tile(1)]); // taken: it may be wanted again
+        gate.send(()).unwrap();
+        assert_eq!(take_all(&loader), [(tile(1), 1)]);
+        assert!(begun.iter().take(1).eq([tile(1)]) && begun.is_empty());
+    }
+
+    #[test]
+    fn many_threads_load_everything_once() {
+        let loads = Arc::new(AtomicUsize::new(0));
+        let counted = Arc::clone(&loads);
+        let load = move |tile: TileId| {
+            counted.fetch_add(1, Ordering::Relaxed);
+            tile.column
+        };
+        let loader = TileLoader::new(4, Arc::new(load)).unwrap();
+        let wanted: Vec<_> = (0..32).map(tile).collect();
+        loader.set_wanted(&wanted);
+        let mut taken = take_all(&loader);
+        taken.sort_unstable();
+        assert_eq!(taken, wanted.iter().map(|&t| (t, t.column)).collect::<Vec<_>>());
+        assert_eq!(loads.load(Ordering::Relaxed), 32);
+    }
+
+    #[test]
+    fn a_panicking_load_is_reported_and_not_tried_again() {
+        let load = |tile: TileId| {
+            assert!(tile.column != 2, "tile two is bad");
+            tile.column
+        };
+        let loader = TileLoader::new(1, Arc::new(load)).unwrap();
+        for _ in 0..2 {
+            loader.set_wanted(&[tile(2), tile(5)]);
+            assert_eq!(take_all(&loader), [(tile(5), 5)], "the worker lives on");
+        }
+        let panics = loader.take_panics();
+        assert_eq!(panics.len(), 1);
+        assert_eq!(panics[0].to_string(), "loading tile 5/0/2 panicked: tile two is bad");
+        assert!(loader.take_panics().is_empty());
+    }
+
+    #[test]
+    fn waiting_for_nothing_returns_at_once_and_dropping_ends_the_workers() {
+        let Gated { loader, begun, gate } = gated();
+        assert!(!loader.wait_any(PATIENCE) && loader.is_idle());
+        loader.set_wanted(&(0..20).map(tile).collect::<Vec<_>>());
+        assert_eq!(begun.recv_timeout(PATIENCE), Ok(tile(0)));
+        assert!(!loader.wait_any(Duration::ZERO) && !loader.is_idle());
+        drop(gate); // the load under way ends when the loader is being dropped
+        drop(loader);
+        let _ = begun.try_iter().count();
+        let gone = Err(crossbeam_channel::TryRecvError::Disconnected);
+        assert_eq!(begun.try_recv(), gone, "the workers have ended");
+    }
+}

@@ -19,3 +19,6 @@ pub use subdivide::{SelectionConfig, subdivide};
 pub use tile_list::TileList;
 pub use tile_tree::{LayerTree, TileTree};
 pub use visible_region::{CoordinateImage, VisibleRegion, visible_region};
+
+#[cfg(test)]
+mod tests;

@@ -5,3 +5,6 @@ mod circular_mesh;
 mod ring_layout;
 
 pub use circular_mesh::{CircularMesh, CircularMeshSettings, MeshBlock, MeshVertex};
+
+#[cfg(test)]
+mod tests;
