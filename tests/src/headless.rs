@@ -2,6 +2,7 @@ use std::sync::Arc;
 
 use terrain_core::gpu::{AdapterChoice, GpuContext};
 
+#[expect(clippy::print_stderr, reason = "a skipped test is to be seen")]
 /// A GPU without a window, or `None` (said on stderr) where there is none.
 ///
 /// # Panics

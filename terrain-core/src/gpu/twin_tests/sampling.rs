@@ -36,7 +36,7 @@ impl Scene {
             let level = (random.next() % 9) as u8;
             let side = 1u64 << level;
             // A quarter of them close together, so that tiles lie beside and within one another.
-            let near = if random.next() % 4 == 0 { side.min(3) } else { side };
+            let near = if random.next().is_multiple_of(4) { side.min(3) } else { side };
             let tile =
                 TileId::new(level, (random.next() % near) as u32, (random.next() % near) as u32);
             tiles.insert(tile);
