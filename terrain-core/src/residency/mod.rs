@@ -8,3 +8,6 @@ mod tile_loader;
 pub use offset_table::{OffsetEntry, OffsetTable, slot_origin_texels};
 pub use tile_cache::{CachePlan, Placement, TileCache};
 pub use tile_loader::{LoadPanic, TileLoader};
+
+#[cfg(test)]
+mod tests;

@@ -20,7 +20,7 @@ use crate::tiling::TileId;
 /// Departures: of tiles equally far the finest goes first, and of those the one last by row and
 /// column, so that the outcome is determined. Step 4 looks at the one tile the merge can have made
 /// redundant, the parent of the tile put on the list, with the same outcome as
-/// [`regularize`](super::regularize) on the whole of a list that was regularised before.
+/// [`regularize()`](super::regularize()) on the whole of a list that was regularised before.
 pub fn merge_farthest(list: &mut TileList, max_tiles: usize) -> usize {
     let max_tiles = max_tiles.max(1);
     if list.len() <= max_tiles {
