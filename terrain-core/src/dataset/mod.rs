@@ -8,12 +8,14 @@ mod archive_reader;
 mod archive_writer;
 pub mod codec;
 mod dataset_folder;
+mod inspection;
 mod manifest;
 mod tile_payload;
 mod tile_source;
 
 pub use archive_writer::{ArchiveWriteError, ArchiveWriter};
 pub use dataset_folder::{COLOURS_FILE, Dataset, HEIGHTS_FILE, MANIFEST_FILE, OpenError};
+pub use inspection::{Inspection, LevelInspection};
 pub use manifest::{
     ColourEncoding, ColourLayer, Crs, HeightEncoding, HeightLayer, HeightRanges, Manifest,
 };
