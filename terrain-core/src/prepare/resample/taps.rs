@@ -17,10 +17,12 @@ impl<const N: usize> TapWindow<N> {
 
     /// The cell, or nothing beyond the window.
     fn cell(&self, column: i64, row: i64) -> [f32; N] {
-        let (x, y) = (column - self.window.column, row - self.window.row);
-        let inside = x >= 0 && y >= 0 && x < self.window.width as i64;
-        let index = y as usize * self.window.width + x as usize;
-        if inside { self.cells.get(index).copied().unwrap_or([0.0; N]) } else { [0.0; N] }
+        let x = usize::try_from(column - self.window.column).unwrap_or(usize::MAX);
+        let y = usize::try_from(row - self.window.row).unwrap_or(usize::MAX);
+        if x >= self.window.width || y >= self.window.height {
+            return [0.0; N];
+        }
+        self.cells[y * self.window.width + x]
     }
 
     /// Sixteen cells around a corner, or `None` at the window's edge.
