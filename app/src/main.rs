@@ -1,3 +1,3 @@
 //! The terrain command.
 
-fn main(){}
+fn main() {}

@@ -20,12 +20,6 @@ pub struct CameraView {
 }
 
 impl CameraView {
-    /// Distance in metres of the near plane for an eye this many metres above the ground: far enough
-    /// out to keep depth precise, near enough to clip nothing.
-    pub fn near_plane_m(clearance_m: f64) -> f64 {
-        (0.05 * clearance_m).clamp(0.05, 1.0e5)
-    }
-
     /// Rows are the camera's right, up and backward directions in world axes.
     pub fn view_from_world(&self) -> DMat3 {
         let (sin_h, cos_h) = self.heading_deg.to_radians().sin_cos();

@@ -1,1 +1,9 @@
-//! Test harness.
+//! What the cases share: a headless GPU, sources whose true surface is known, and pictures.
+
+mod analytic_source;
+mod headless;
+mod picture;
+
+pub use analytic_source::{AnalyticSource, Surface};
+pub use headless::gpu;
+pub use picture::Picture;

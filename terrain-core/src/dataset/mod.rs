@@ -6,8 +6,10 @@
 
 mod archive_reader;
 mod archive_writer;
+mod block_decode;
 pub mod codec;
 mod dataset_folder;
+mod height_lookup;
 mod inspection;
 mod manifest;
 mod tile_payload;

@@ -52,6 +52,17 @@ impl TileTree {
             || self.colours.as_ref().is_some_and(|layer| layer.present.contains(tile))
     }
 
+    /// Whether the tile's ground holds no data in either layer, at any level.
+    ///
+    /// Not the same as a tile that does not exist: a layer that ends at a coarser level still has
+    /// data there.
+    pub fn is_empty_ground(&self, tile: TileId) -> bool {
+        let is_empty_in = |layer: &LayerTree| {
+            !layer.present.contains(tile.ancestor_at(layer.layout.finest_level()))
+        };
+        is_empty_in(&self.heights) && self.colours.as_ref().is_none_or(is_empty_in)
+    }
+
     /// The finest level of either layer.
     pub fn finest_level(&self) -> u8 {
         let colours = self.colours.as_ref().map_or(0, |layer| layer.layout.finest_level());

@@ -27,6 +27,22 @@ impl FixedPosition {
         Self { x: (east * units).round() as i32, y: (south * units).round() as i32 }
     }
 
+    /// The point `offset_m` metres (east, north) away from an anchor in the root, taken to the root's
+    /// border where it lies outside. `units_per_m` is [`FIXED_UNITS_PER_ROOT`] over the root's side.
+    ///
+    /// The twin of `fixed_from_offset` in `common/tile_lookup.wgsl`: the same operations in the same
+    /// order and precision, so that CPU and GPU agree bit for bit.
+    pub fn from_offset(anchor: Self, offset_m: [f32; 2], units_per_m: f32) -> Self {
+        const REACH: f32 = FIXED_UNITS_PER_ROOT as f32;
+        let units =
+            |metres: f32| (metres * units_per_m).clamp(-REACH, REACH).round_ties_even() as i32;
+        let in_root = |position: i32| position.clamp(0, FIXED_UNITS_PER_ROOT - 1);
+        Self {
+            x: in_root(anchor.x + units(offset_m[0])),
+            y: in_root(anchor.y + units(-offset_m[1])),
+        }
+    }
+
     /// Whether the point lies in the root.
     pub fn is_in_root(self) -> bool {
         let range = 0..FIXED_UNITS_PER_ROOT;

@@ -1,0 +1,34 @@
+// Imagery of the cached colour tiles, decoded on the GPU after their upload, with two coarser mips.
+
+@group(1) @binding(5) var colour_atlas: texture_2d<f32>;
+
+// One filtered tap at a place in the tile (texels of level 0): trilinear over the slot's mips.
+fn colour_tap(entry: TileEntry, place: vec2<f32>, mip: f32) -> vec4<f32> {
+    let coarsest = ceil(mip);
+    let margin = frame.colour_gutter_texels - 0.5 * exp2(coarsest);
+    let inside = clamp(place, vec2<f32>(-margin), vec2<f32>(frame.colour_tile_texels + margin));
+    let texel = vec2<f32>(f32(entry.atlas_x), f32(entry.atlas_y)) + inside;
+    let uv = texel / vec2<f32>(textureDimensions(colour_atlas));
+    return textureSampleLevel(colour_atlas, atlas_sampler, uv, mip);
+}
+
+// Imagery under a pixel whose footprint is spanned by `span_x` and `span_y` (texels a pixel step):
+// taps along the longer axis, each filtered to the shorter one (after the usual definition of
+// anisotropic filtering, as in EXT_texture_filter_anisotropic).
+fn sample_colour(entry: TileEntry, place: vec2<f32>, span_x: vec2<f32>, span_y: vec2<f32>) -> vec4<f32> {
+    let length_x = length(span_x);
+    let length_y = length(span_y);
+    let major = max(max(length_x, length_y), 1.0e-6);
+    let minor = max(min(length_x, length_y), 1.0e-6);
+    let taps = clamp(ceil(major / max(minor, 1.0)), 1.0, f32(frame.anisotropy));
+    let mip = clamp(log2(major / taps), 0.0, COARSEST_MIP);
+    if taps == 1.0 {
+        return colour_tap(entry, place, mip);
+    }
+    let axis = select(span_y, span_x, length_x > length_y);
+    var sum = vec4<f32>(0.0);
+    for (var i = 0.0; i < taps; i += 1.0) {
+        sum += colour_tap(entry, place + axis * ((i + 0.5) / taps - 0.5), mip);
+    }
+    return sum / taps;
+}

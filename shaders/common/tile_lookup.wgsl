@@ -1,0 +1,104 @@
+// Which cached tile holds a point: the finest one. Two ways with the same answer:
+// the paper's linear search through the table (sorted finest first), and a descent of the
+// quadtree over the cached tiles, which costs one load a level.
+
+struct TileEntry {
+    // The tile's north-west corner relative to the eye, metres east and north.
+    origin_from_eye_m: vec2<f32>,
+    texels_per_m: f32,
+    // Bits 0 to 7: the level. Bit 8: no finer tile is cached anywhere below this one.
+    level_flags: u32,
+    column: u32,
+    row: u32,
+    // North-west texel of the tile proper (inside its gutter) in the atlas.
+    atlas_x: u32,
+    atlas_y: u32,
+}
+
+@group(1) @binding(0) var<storage, read> tile_entries: array<TileEntry>;
+@group(1) @binding(1) var<storage, read> tile_nodes: array<u32>;
+
+override LINEAR_LOOKUP: bool = false;
+
+const IS_FINEST_FLAG: u32 = 256u;
+
+fn tile_level(entry: TileEntry) -> u32 {
+    return entry.level_flags & 255u;
+}
+
+const FIXED_BITS: u32 = 30u;
+const FIXED_UNITS: i32 = 1073741824; // 2^30 a root side
+
+// Fixed-point position (x east, y south) of a point given in metres east and north of the eye.
+// Points outside the root are taken to its border.
+fn fixed_from_offset(offset_m: vec2<f32>) -> vec2<i32> {
+    let from_anchor_m = offset_m - frame.anchor_from_eye_m;
+    let units = vec2<f32>(from_anchor_m.x, -from_anchor_m.y) * frame.units_per_m;
+    let reach = vec2<f32>(f32(FIXED_UNITS));
+    let offset_units = vec2<i32>(round(clamp(units, -reach, reach)));
+    return clamp(frame.anchor_fixed + offset_units, vec2<i32>(0), vec2<i32>(FIXED_UNITS - 1));
+}
+
+fn find_tile_linear(table: TableRange, position: vec2<i32>) -> u32 {
+    let place = vec2<u32>(position);
+    for (var i = 0u; i < table.entry_count; i++) {
+        let index = table.first_entry + i;
+        let shift = FIXED_BITS - tile_level(tile_entries[index]);
+        if (place.x >> shift) == tile_entries[index].column && (place.y >> shift) == tile_entries[index].row {
+            return index;
+        }
+    }
+    // Level 0 is always resident and sorted last.
+    return table.first_entry + table.entry_count - 1u;
+}
+
+// A node is four words (north-west, north-east, south-west, south-east). The low half of a word is
+// the child's own node, 0 where nothing finer is cached; the high half is its entry plus one, 0
+// where the child itself is not cached.
+fn find_tile_descend(table: TableRange, position: vec2<i32>) -> u32 {
+    let place = vec2<u32>(position);
+    var word = table.root_word;
+    var entry = word >> 16u;
+    var shift = FIXED_BITS;
+    var node = 0u;
+    loop {
+        shift -= 1u;
+        let quadrant = ((place.y >> shift) & 1u) * 2u + ((place.x >> shift) & 1u);
+        word = tile_nodes[table.first_node + node * 4u + quadrant];
+        entry = select(entry, word >> 16u, (word >> 16u) != 0u);
+        node = word & 0xffffu;
+        if node == 0u || shift == 0u { break; }
+    }
+    return table.first_entry + entry - 1u;
+}
+
+fn find_tile(table: TableRange, position: vec2<i32>) -> u32 {
+    if LINEAR_LOOKUP {
+        return find_tile_linear(table, position);
+    }
+    return find_tile_descend(table, position);
+}
+
+// The same answer, found at once where the point lies in the hinted tile and nothing finer is cached
+// below it: points near one another mostly lie in the same tile.
+fn find_tile_near(table: TableRange, position: vec2<i32>, hint: u32) -> u32 {
+    let entry = tile_entries[hint];
+    let place = vec2<u32>(position) >> vec2<u32>(FIXED_BITS - tile_level(entry));
+    let is_inside = all(place == vec2<u32>(entry.column, entry.row));
+    if is_inside && (entry.level_flags & IS_FINEST_FLAG) != 0u {
+        return hint;
+    }
+    return find_tile(table, position);
+}
+
+// Two entry indices in one word, as the displacement hands them to the fragments.
+fn pack_hints(height_entry: u32, colour_entry: u32) -> u32 {
+    return height_entry | (colour_entry << 16u);
+}
+
+// Place of a point in its tile, in texels east and south of the tile's north-west corner.
+// Formula (3) of the tile-scheduling paper, in texels.
+fn texel_in_tile(entry: TileEntry, offset_m: vec2<f32>) -> vec2<f32> {
+    let from_corner_m = offset_m - entry.origin_from_eye_m;
+    return vec2<f32>(from_corner_m.x, -from_corner_m.y) * entry.texels_per_m;
+}

@@ -1,0 +1,138 @@
+// What the GPU makes of an uploaded height tile, without a byte over the bus: heights in metres, the
+// slopes for shading, and two coarser mips of both. Gutters are filtered along with the tile, so
+// every mip meets its neighbours exactly as the tile itself does.
+
+struct DecodeJob {
+    // North-west texel of the slot (gutter included).
+    atlas_x: u32,
+    atlas_y: u32,
+    // Index of the first u32 of the tile's samples in the payload.
+    first_word: u32,
+    // 1: float32 samples; 0: 16-bit steps, two a u32, low half first.
+    is_float: u32,
+    base_steps: i32,
+    step_m: f32,
+    // Side of a height texel in metres.
+    texel_size_m: f32,
+    // Side of the slot in texels.
+    stored_size: u32,
+}
+
+const NO_DATA_M: f32 = -1.0e30;
+const NO_DATA_WORD: u32 = 65535u;
+
+@group(0) @binding(0) var<storage, read> jobs: array<DecodeJob>;
+@group(0) @binding(1) var<storage, read> payload: array<u32>;
+@group(0) @binding(2) var heights_out: texture_storage_2d<r32float, write>;
+
+fn decode_sample(job: DecodeJob, index: u32) -> f32 {
+    if job.is_float != 0u {
+        let bits = payload[job.first_word + index];
+        // A NaN has all exponent bits set; compared as bits because NaN comparisons may be optimised away.
+        let is_nan = (bits & 0x7f800000u) == 0x7f800000u;
+        return select(bitcast<f32>(bits), NO_DATA_M, is_nan);
+    }
+    let pair = payload[job.first_word + index / 2u];
+    let word = (pair >> ((index & 1u) * 16u)) & 0xffffu;
+    return select(f32(job.base_steps + i32(word)) * job.step_m, NO_DATA_M, word == NO_DATA_WORD);
+}
+
+@compute @workgroup_size(8, 8)
+fn decode(@builtin(global_invocation_id) id: vec3<u32>) {
+    let job = jobs[id.z];
+    if any(id.xy >= vec2<u32>(job.stored_size)) {
+        return;
+    }
+    let height_m = decode_sample(job, id.y * job.stored_size + id.x);
+    textureStore(heights_out, vec2<u32>(job.atlas_x, job.atlas_y) + id.xy, vec4<f32>(height_m, 0.0, 0.0, 0.0));
+}
+
+@group(1) @binding(0) var heights_in: texture_2d<f32>;
+@group(1) @binding(1) var coarser_heights_out: texture_storage_2d<r32float, write>;
+
+override SOURCE_MIP: u32 = 0u;
+
+// The mean of the texels that hold data, as when preparing: 2 x 2 box filter.
+@compute @workgroup_size(8, 8)
+fn halve_heights(@builtin(global_invocation_id) id: vec3<u32>) {
+    let job = jobs[id.z];
+    if any(id.xy >= vec2<u32>(job.stored_size >> (SOURCE_MIP + 1u))) {
+        return;
+    }
+    let corner = (vec2<u32>(job.atlas_x, job.atlas_y) >> vec2<u32>(SOURCE_MIP)) + id.xy * 2u;
+    var sum = 0.0;
+    var count = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let height_m = textureLoad(heights_in, corner + vec2<u32>(i & 1u, i >> 1u), 0).x;
+        if height_m > NO_DATA_M {
+            sum += height_m;
+            count += 1.0;
+        }
+    }
+    let mean_m = select(NO_DATA_M, sum / max(count, 1.0), count > 0.0);
+    let target_texel = (vec2<u32>(job.atlas_x, job.atlas_y) >> vec2<u32>(SOURCE_MIP + 1u)) + id.xy;
+    textureStore(coarser_heights_out, target_texel, vec4<f32>(mean_m, 0.0, 0.0, 0.0));
+}
+
+@group(1) @binding(2) var all_heights: texture_2d<f32>;
+@group(1) @binding(3) var slopes_out: texture_storage_2d<rgba16float, write>;
+
+// Half the difference of the two neighbours over the texel size, or of one neighbour where the other
+// holds no data or lies outside the slot.
+fn slope_along(centre_m: f32, before_m: f32, after_m: f32, texel_size_m: f32) -> f32 {
+    let has_before = before_m > NO_DATA_M;
+    let has_after = after_m > NO_DATA_M;
+    let low = select(centre_m, before_m, has_before);
+    let high = select(centre_m, after_m, has_after);
+    let steps = f32(has_before) + f32(has_after);
+    return (high - low) / (max(steps, 1.0) * texel_size_m);
+}
+
+fn neighbour_height(job: DecodeJob, at: vec2<i32>) -> f32 {
+    if any(at < vec2<i32>(0)) || any(at >= vec2<i32>(i32(job.stored_size))) {
+        return NO_DATA_M;
+    }
+    return textureLoad(all_heights, vec2<i32>(i32(job.atlas_x), i32(job.atlas_y)) + at, 0).x;
+}
+
+@compute @workgroup_size(8, 8)
+fn slopes(@builtin(global_invocation_id) id: vec3<u32>) {
+    let job = jobs[id.z];
+    if any(id.xy >= vec2<u32>(job.stored_size)) {
+        return;
+    }
+    let at = vec2<i32>(id.xy);
+    let centre_m = neighbour_height(job, at);
+    var slope = vec4<f32>(0.0);
+    if centre_m > NO_DATA_M {
+        let west = neighbour_height(job, at + vec2<i32>(-1, 0));
+        let east = neighbour_height(job, at + vec2<i32>(1, 0));
+        let north = neighbour_height(job, at + vec2<i32>(0, -1));
+        let south = neighbour_height(job, at + vec2<i32>(0, 1));
+        slope = vec4<f32>(
+            slope_along(centre_m, west, east, job.texel_size_m),
+            slope_along(centre_m, south, north, job.texel_size_m),
+            1.0, 0.0);
+    }
+    textureStore(slopes_out, vec2<u32>(job.atlas_x, job.atlas_y) + id.xy, slope);
+}
+
+@group(1) @binding(4) var slopes_in: texture_2d<f32>;
+
+// Slopes are linear in the heights, so their mean is the slope of the mean; coverage weights it.
+@compute @workgroup_size(8, 8)
+fn halve_slopes(@builtin(global_invocation_id) id: vec3<u32>) {
+    let job = jobs[id.z];
+    if any(id.xy >= vec2<u32>(job.stored_size >> (SOURCE_MIP + 1u))) {
+        return;
+    }
+    let corner = (vec2<u32>(job.atlas_x, job.atlas_y) >> vec2<u32>(SOURCE_MIP)) + id.xy * 2u;
+    var sum = vec3<f32>(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        let slope = textureLoad(slopes_in, corner + vec2<u32>(i & 1u, i >> 1u), 0).xyz;
+        sum += vec3<f32>(slope.xy * slope.z, slope.z);
+    }
+    let mean = vec4<f32>(sum.xy / max(sum.z, 1.0e-6), sum.z * 0.25, 0.0);
+    let target_texel = (vec2<u32>(job.atlas_x, job.atlas_y) >> vec2<u32>(SOURCE_MIP + 1u)) + id.xy;
+    textureStore(slopes_out, target_texel, mean);
+}

@@ -1,0 +1,95 @@
+// Draws the displaced mesh: imagery of the finest cached tile, lit by the slopes, seen through haze.
+// needs: common/frame.wgsl common/tile_lookup.wgsl common/surface_sample.wgsl common/colour_sample.wgsl common/atmosphere.wgsl
+
+const DEBUG_TILE_BORDERS: u32 = 1u;
+const DEBUG_LEVELS: u32 = 2u;
+const DEBUG_SLOPES: u32 = 3u;
+
+struct TerrainVertex {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) relative_m: vec3<f32>,
+    // Part of the ground's light that comes through the air.
+    @location(1) clear: f32,
+    @location(2) @interpolate(flat) tile_hints: u32,
+}
+
+@vertex
+fn terrain_vertex(@location(0) relative_m: vec3<f32>, @location(1) tile_hints: u32) -> TerrainVertex {
+    let clip = frame.clip_from_relative * vec4<f32>(relative_m, 1.0);
+    return TerrainVertex(clip, relative_m, transmittance(relative_m), tile_hints);
+}
+
+// Where there is no imagery: tints by height, as on a relief map.
+fn tint_by_height(height_m: f32) -> vec3<f32> {
+    let span_m = max(frame.height_max_m - frame.height_min_m, 1.0);
+    let part = clamp((height_m - frame.height_min_m) / span_m, 0.0, 1.0);
+    let low = vec3<f32>(0.20, 0.32, 0.16);
+    let middle = vec3<f32>(0.46, 0.38, 0.24);
+    let high = vec3<f32>(0.80, 0.79, 0.76);
+    return select(mix(middle, high, part * 2.0 - 1.0), mix(low, middle, part * 2.0), part < 0.5);
+}
+
+// Light on a slope relative to level ground, so that imagery on level ground keeps its colours.
+fn light(slope: vec2<f32>) -> f32 {
+    let normal = normalize(vec3<f32>(-slope * frame.vertical_exaggeration, 1.0));
+    let ambient = 0.35 + 0.15 * normal.z;
+    let direct = max(dot(normal, frame.sun_direction), 0.0);
+    let level = 0.5 + frame.sun_direction.z;
+    return mix(1.0, (ambient + direct) / level, frame.shading_strength);
+}
+
+fn level_colour(level: u32) -> vec3<f32> {
+    let hue = f32(level) * 0.381966;
+    return 0.5 + 0.5 * cos(6.2831853 * (hue + vec3<f32>(0.0, 0.333, 0.667)));
+}
+
+fn tile_border(place: vec2<f32>, size: f32, pixel: vec2<f32>) -> f32 {
+    let to_border = min(place, vec2<f32>(size) - place) / max(pixel, vec2<f32>(1.0e-6));
+    return 1.0 - smoothstep(0.5, 1.5, min(to_border.x, to_border.y));
+}
+
+@fragment
+fn terrain_fragment(in: TerrainVertex) -> @location(0) vec4<f32> {
+    let offset_m = in.relative_m.xy;
+    // Gradients of the continuous coordinate: they do not jump where the tile changes.
+    let step_x_m = dpdx(offset_m);
+    let step_y_m = dpdy(offset_m);
+    let position = fixed_from_offset(offset_m);
+
+    let height_entry = tile_entries[find_tile_near(frame.height_table, position, in.tile_hints & 0xffffu)];
+    let height_place = texel_in_tile(height_entry, offset_m);
+    let footprint_m = sqrt(max(length(step_x_m), 1.0e-9) * max(length(step_y_m), 1.0e-9));
+    let surface = sample_slope(height_entry, height_place, footprint_m * height_entry.texels_per_m);
+    if surface.z < 0.5 {
+        discard;
+    }
+
+    let height_m = in.relative_m.z / frame.vertical_exaggeration + frame.eye_height_rest_m + frame.eye_height_coarse_m;
+    var colour = tint_by_height(height_m);
+    var shown = height_entry;
+    var place = height_place;
+    var size = frame.height_tile_texels;
+    if frame.has_colours != 0u {
+        let entry = tile_entries[find_tile_near(frame.colour_table, position, in.tile_hints >> 16u)];
+        place = texel_in_tile(entry, offset_m);
+        shown = entry;
+        size = frame.colour_tile_texels;
+        let flip = vec2<f32>(entry.texels_per_m, -entry.texels_per_m);
+        let imagery = sample_colour(entry, place, step_x_m * flip, step_y_m * flip);
+        colour = mix(colour, imagery.rgb, imagery.a);
+    }
+    var shaded = colour * light(surface.xy);
+    if frame.debug_view == DEBUG_LEVELS {
+        shaded = mix(shaded, level_colour(tile_level(shown)), 0.45);
+    }
+    if frame.debug_view == DEBUG_SLOPES {
+        shaded = vec3<f32>(light(surface.xy) * 0.6);
+    }
+    if frame.debug_view == DEBUG_TILE_BORDERS || frame.debug_view == DEBUG_LEVELS {
+        let pixel = (abs(step_x_m) + abs(step_y_m)) * shown.texels_per_m;
+        shaded = mix(shaded, level_colour(tile_level(shown)), tile_border(place, size, pixel));
+        return vec4<f32>(shaded, 1.0);
+    }
+    let behind = sky_colour(vec3<f32>(in.relative_m.xy, 0.0) / max(length(in.relative_m), 1.0));
+    return vec4<f32>(mix(behind, shaded, in.clear), 1.0);
+}

@@ -1,0 +1,133 @@
+//! From a camera to what the shaders need to know of it. Pure; everything is computed in f64 and
+//! only differences from the eye are narrowed to f32.
+
+use glam::{DVec2, DVec3, IVec2, Vec3, dvec2};
+
+use crate::CameraView;
+use crate::gpu::FrameUniforms;
+use crate::renderer_settings::RendererSettings;
+use crate::selection::TileTree;
+use crate::tiling::{FIXED_UNITS_PER_ROOT, FixedPosition};
+
+/// Distance of the near plane in metres. Reverse depth in floats is as precise far away whatever
+/// the near plane, so it can lie where nothing is ever clipped.
+pub const NEAR_PLANE_M: f64 = 0.1;
+
+/// Where the light comes from: north-west as on maps, 40 degrees up.
+const SUN_AZIMUTH_DEG: f64 = 315.0;
+const SUN_ELEVATION_DEG: f64 = 40.0;
+
+/// Linear light of the sky at the horizon (and of the haze) and overhead.
+const HAZE_COLOUR: Vec3 = Vec3::new(0.66, 0.76, 0.86);
+const ZENITH_COLOUR: Vec3 = Vec3::new(0.10, 0.25, 0.56);
+
+/// The camera-dependent part of the uniforms. Tables and texture sizes are filled in by the caller.
+pub fn frame_uniforms(
+    view: &CameraView,
+    tree: &TileTree,
+    settings: &RendererSettings,
+    mesh_scale_m: f64,
+) -> FrameUniforms {
+    let exaggeration = settings.vertical_exaggeration;
+    let eye_height_m = view.eye.z / exaggeration;
+    // A whole number of metres: the difference of a stored height from it is exact in f32.
+    let eye_height_coarse_m = eye_height_m.round();
+    let anchor = Anchor::of(tree, view.eye.truncate());
+    let range = tree.height_ranges.range(crate::tiling::TileId::ROOT);
+    let (height_min_m, height_max_m) = range.map_or((0.0, 0.0), |range| (range.min_m, range.max_m));
+    let haze = Haze::of(tree, exaggeration);
+    let (forward, right, up) = picture_axes(view);
+    let from_eye = |corner: DVec2| (corner - view.eye.truncate()).as_vec2();
+    FrameUniforms {
+        clip_from_relative: view.clip_from_relative(NEAR_PLANE_M),
+        view_forward: forward.as_vec3(),
+        view_right: right.as_vec3(),
+        view_up: up.as_vec3(),
+        units_per_m: (f64::from(FIXED_UNITS_PER_ROOT) / tree.scheme.root_size_m) as f32,
+        mesh_scale_m: mesh_scale_m as f32,
+        vertical_exaggeration: exaggeration as f32,
+        anchor_fixed: IVec2::new(anchor.fixed.x, anchor.fixed.y),
+        anchor_from_eye_m: anchor.from_eye_m.as_vec2(),
+        data_min_from_eye_m: from_eye(tree.data_extent.min),
+        data_max_from_eye_m: from_eye(tree.data_extent.max),
+        eye_height_coarse_m: eye_height_coarse_m as f32,
+        eye_height_rest_m: (eye_height_m - eye_height_coarse_m) as f32,
+        haze_distance_m: haze.distance_m as f32,
+        haze_scale_height_m: haze.scale_height_m as f32,
+        sun_direction: direction(SUN_AZIMUTH_DEG, SUN_ELEVATION_DEG).as_vec3(),
+        shading_strength: settings.shading_strength,
+        haze_colour: HAZE_COLOUR,
+        zenith_colour: ZENITH_COLOUR,
+        eye_height_above_base_m: (view.eye.z - f64::from(height_min_m) * exaggeration) as f32,
+        debug_view: settings.debug_view.code(),
+        height_min_m,
+        height_max_m,
+        height_tile_texels: tree.heights.layout.tile_size_texels as f32,
+        height_gutter_texels: tree.heights.layout.gutter_texels as f32,
+        has_colours: u32::from(tree.colours.is_some()),
+        colour_tile_texels: tree.colours.as_ref().map_or(0, |l| l.layout.tile_size_texels) as f32,
+        colour_gutter_texels: tree.colours.as_ref().map_or(0, |l| l.layout.gutter_texels) as f32,
+        anisotropy: settings.anisotropy,
+        ..FrameUniforms::default()
+    }
+}
+
+/// The scale of the circular mesh for an eye this high above the ground: a power of two at most the
+/// height, so that near the eye a triangle is about as large in pixels as farther away, and so that
+/// the vertices stay where they are while the height changes little.
+pub fn mesh_scale_m(clearance_m: f64) -> f64 {
+    const LEAST_M: f64 = 1.0;
+    clearance_m.max(LEAST_M).log2().floor().exp2()
+}
+
+/// Distance in metres from the eye to the farthest corner of the data.
+pub fn reach_m(tree: &TileTree, eye: DVec2) -> f64 {
+    let far = (tree.data_extent.min - eye).abs().max((tree.data_extent.max - eye).abs());
+    far.length()
+}
+
+/// The point of the root nearest to the eye, in fixed point, and where it lies from the eye.
+struct Anchor {
+    fixed: FixedPosition,
+    from_eye_m: DVec2,
+}
+
+impl Anchor {
+    fn of(tree: &TileTree, eye: DVec2) -> Self {
+        let root = tree.scheme.root_extent();
+        let fixed = tree.scheme.fixed_from_world(eye.clamp(root.min, root.max));
+        let unit_m = tree.scheme.root_size_m / f64::from(FIXED_UNITS_PER_ROOT);
+        // From the rounded position back, so that rounding does not shift the tiles.
+        let place = tree.scheme.origin + dvec2(f64::from(fixed.x), -f64::from(fixed.y)) * unit_m;
+        Self { fixed, from_eye_m: place - eye }
+    }
+}
+
+struct Haze {
+    distance_m: f64,
+    scale_height_m: f64,
+}
+
+impl Haze {
+    /// Clear enough that the far end of the data shows through from the ground, never clearer than
+    /// real air on a good day over a small area; thinning out upwards with the exaggerated relief.
+    fn of(tree: &TileTree, exaggeration: f64) -> Self {
+        let diagonal_m = tree.data_extent.size_m().length();
+        Self {
+            distance_m: (1.2 * diagonal_m).max(60_000.0),
+            scale_height_m: (8_000.0 * exaggeration).max(0.03 * diagonal_m),
+        }
+    }
+}
+
+/// World direction of the picture's centre, and the steps from it to the right and upper borders.
+fn picture_axes(view: &CameraView) -> (DVec3, DVec3, DVec3) {
+    let half_height = (0.5 * view.fov_y_deg.to_radians()).tan();
+    let axes = view.view_from_world();
+    (-axes.row(2), axes.row(0) * (half_height * view.aspect()), axes.row(1) * half_height)
+}
+
+fn direction(azimuth_deg: f64, elevation_deg: f64) -> DVec3 {
+    let (azimuth, elevation) = (azimuth_deg.to_radians(), elevation_deg.to_radians());
+    DVec3::new(azimuth.sin() * elevation.cos(), azimuth.cos() * elevation.cos(), elevation.sin())
+}

@@ -1,0 +1,98 @@
+use super::DEPTH_FORMAT;
+use super::frame_bindings::FrameBindings;
+use super::mesh_buffers::MeshBuffers;
+use super::shader_library::COORDINATES;
+use super::terrain_pass::{draw_blocks, surface_pipeline};
+use crate::surface::CircularMesh;
+
+/// Draws where on the ground each pixel looks, into a float texture of its own size.
+pub(crate) struct CoordinatePass {
+    pipeline: wgpu::RenderPipeline,
+    pub target: wgpu::Texture,
+    target_view: wgpu::TextureView,
+    depth_view: wgpu::TextureView,
+}
+
+impl CoordinatePass {
+    /// The format selection reads back: x and y.
+    pub const REGION_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
+    /// The format measurement reads back: x, y, z and whether there is ground.
+    pub const FULL_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+    /// What a pixel without ground holds in every channel. No offset in metres comes near it.
+    pub const SKY: f32 = 3.0e38;
+
+    pub fn new(
+        device: &wgpu::Device,
+        bindings: &FrameBindings,
+        format: wgpu::TextureFormat,
+        [width, height]: [u32; 2],
+    ) -> Self {
+        let entries = ("coordinate_vertex", "coordinate_fragment");
+        let mode = wgpu::PolygonMode::Fill;
+        let pipeline =
+            surface_pipeline(device, bindings, &COORDINATES, entries, (format, false, mode));
+        let texture = |label, format, usage| {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage,
+                view_formats: &[],
+            })
+        };
+        use wgpu::TextureUsages as Usage;
+        let shown = Usage::RENDER_ATTACHMENT | Usage::COPY_SRC | Usage::TEXTURE_BINDING;
+        let target = texture("coordinates", format, shown);
+        let depth = texture("coordinate depth", DEPTH_FORMAT, Usage::RENDER_ATTACHMENT);
+        Self {
+            pipeline,
+            target_view: target.create_view(&Default::default()),
+            depth_view: depth.create_view(&Default::default()),
+            target,
+        }
+    }
+
+    /// Records the pass over the visible blocks.
+    pub fn record(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        bindings: &FrameBindings,
+        mesh: (&CircularMesh, &MeshBuffers),
+        visible: &[u32],
+    ) {
+        let sky = f64::from(Self::SKY);
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("coordinates"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &self.target_view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color { r: sky, g: sky, b: sky, a: 0.0 }),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(depth_attachment(&self.depth_view)),
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.pipeline);
+        draw_blocks(&mut pass, bindings, mesh, visible);
+    }
+}
+
+/// A depth attachment cleared to infinitely far and not kept.
+pub(crate) fn depth_attachment(
+    view: &wgpu::TextureView,
+) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    wgpu::RenderPassDepthStencilAttachment {
+        view,
+        depth_ops: Some(wgpu::Operations {
+            load: wgpu::LoadOp::Clear(0.0),
+            store: wgpu::StoreOp::Discard,
+        }),
+        stencil_ops: None,
+    }
+}

@@ -1,0 +1,45 @@
+//! Everything that touches the GPU: one file a pass or resource. Planning happens elsewhere, in pure
+//! code; what is here executes plans. wgpu types do not leave this module, `terrain_renderer.rs` and
+//! the application's viewer.
+
+mod atlas;
+mod colour_atlas;
+mod context;
+mod coordinate_feedback;
+mod coordinate_pass;
+mod derive_colours_pass;
+mod derive_heights_pass;
+mod displace_pass;
+mod displaced_mesh;
+mod frame_bindings;
+mod frame_uniforms;
+mod height_atlas;
+mod mesh_buffers;
+mod offscreen_target;
+mod offset_table_buffer;
+mod readback_ring;
+pub mod shader_library;
+mod sky_pass;
+mod terrain_cache;
+mod terrain_pass;
+mod timestamps;
+#[cfg(test)]
+mod twin_tests;
+
+pub use context::{AdapterChoice, GpuContext, GpuError};
+pub(crate) use coordinate_feedback::CoordinateFeedback;
+pub(crate) use coordinate_pass::{CoordinatePass, depth_attachment};
+pub(crate) use displace_pass::DisplacePass;
+pub(crate) use displaced_mesh::DisplacedMesh;
+pub(crate) use frame_bindings::FrameBindings;
+pub use frame_uniforms::{FrameUniforms, TableRange};
+pub(crate) use offscreen_target::read_texture;
+pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
+pub use offset_table_buffer::TileEntry;
+pub(crate) use sky_pass::SkyPass;
+pub(crate) use terrain_cache::TerrainCache;
+pub(crate) use terrain_pass::{TerrainPass, TerrainPassSettings};
+pub(crate) use timestamps::FrameTimer;
+
+/// Depth format of every pass: float, because depth runs in reverse from 1 near to 0 at infinity.
+pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;

@@ -1,0 +1,149 @@
+use std::collections::HashSet;
+
+use bytemuck::{Pod, Zeroable};
+use glam::DVec2;
+
+use super::atlas::AtlasGrid;
+use super::frame_uniforms::TableRange;
+use crate::residency::OffsetTable;
+use crate::tiling::{LayerLayout, TilingScheme};
+
+/// One cached tile as the shaders see it: the twin of `TileEntry` in `common/tile_lookup.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct TileEntry {
+    /// North-west corner relative to the eye, metres east and north (difference taken in f64).
+    pub origin_from_eye_m: [f32; 2],
+    /// Texels a metre.
+    pub texels_per_m: f32,
+    /// Bits 0 to 7: level of the tile. Bit 8: no finer tile is cached below it.
+    pub level_flags: u32,
+    /// Column of the tile.
+    pub column: u32,
+    /// Row of the tile.
+    pub row: u32,
+    /// First column of the tile proper in the atlas.
+    pub atlas_x: u32,
+    /// First row of the tile proper in the atlas.
+    pub atlas_y: u32,
+}
+
+impl TileEntry {
+    /// The flag of a tile below which no finer one is cached.
+    pub const IS_FINEST: u32 = 1 << 8;
+}
+
+/// A layer's table together with what places its tiles on the ground and in the atlas.
+pub(crate) struct TableSource<'a> {
+    pub table: &'a OffsetTable,
+    pub layout: LayerLayout,
+    pub grid: AtlasGrid,
+}
+
+impl TableSource<'_> {
+    fn entries(&self, scheme: &TilingScheme, eye: DVec2) -> impl Iterator<Item = TileEntry> {
+        let tiles = self.table.entries.iter().map(|entry| entry.tile);
+        let above_finer = tiles
+            .flat_map(|tile| std::iter::successors(tile.parent(), |tile| tile.parent()))
+            .collect::<HashSet<_>>();
+        self.table.entries.iter().map(move |entry| {
+            let is_finest = !above_finer.contains(&entry.tile);
+            let origin = scheme.tile_origin(entry.tile) - eye;
+            let [x, y] = self.grid.slot_origin_texels(entry.slot);
+            TileEntry {
+                origin_from_eye_m: origin.as_vec2().into(),
+                texels_per_m: (1.0 / self.layout.texel_size_m(scheme, entry.tile.level)) as f32,
+                level_flags: u32::from(entry.tile.level)
+                    | if is_finest { TileEntry::IS_FINEST } else { 0 },
+                column: entry.tile.column,
+                row: entry.tile.row,
+                atlas_x: x + self.layout.gutter_texels,
+                atlas_y: y + self.layout.gutter_texels,
+            }
+        })
+    }
+}
+
+/// The tile offset tables of both layers on the GPU, one after the other.
+pub(crate) struct OffsetTableBuffer {
+    pub entries: wgpu::Buffer,
+    pub nodes: wgpu::Buffer,
+    written_entries: Vec<TileEntry>,
+    written_nodes: Vec<u32>,
+}
+
+impl OffsetTableBuffer {
+    pub fn new(device: &wgpu::Device) -> Self {
+        Self {
+            entries: storage(device, "tile entries", 64 * size_of::<TileEntry>() as u64),
+            nodes: storage(device, "tile nodes", 4096),
+            written_entries: Vec::new(),
+            written_nodes: Vec::new(),
+        }
+    }
+
+    /// Brings the tables to the GPU. Returns where each layer's table lies, the bytes sent (0 where
+    /// nothing changed) and whether the buffers grew, so that they must be bound anew.
+    pub fn update(
+        &mut self,
+        gpu: (&wgpu::Device, &wgpu::Queue),
+        scheme: &TilingScheme,
+        eye: DVec2,
+        layers: [Option<&TableSource<'_>>; 2],
+    ) -> TableUpdate {
+        let (mut entries, mut nodes) = (Vec::new(), Vec::new());
+        let ranges = layers.map(|layer| {
+            let Some(layer) = layer else { return TableRange::default() };
+            let range = TableRange {
+                first_entry: entries.len() as u32,
+                entry_count: layer.table.entries.len() as u32,
+                first_node: nodes.len() as u32,
+                root_word: layer.table.root_word,
+            };
+            entries.extend(layer.entries(scheme, eye));
+            nodes.extend_from_slice(&layer.table.nodes);
+            range
+        });
+        let mut update = TableUpdate { ranges, sent_bytes: 0, grew: false };
+        if entries != self.written_entries {
+            write(gpu, &mut self.entries, bytemuck::cast_slice(&entries), &mut update);
+            self.written_entries = entries;
+        }
+        if nodes != self.written_nodes {
+            write(gpu, &mut self.nodes, bytemuck::cast_slice(&nodes), &mut update);
+            self.written_nodes = nodes;
+        }
+        update
+    }
+}
+
+/// What [`OffsetTableBuffer::update`] did.
+pub(crate) struct TableUpdate {
+    pub ranges: [TableRange; 2],
+    pub sent_bytes: u64,
+    pub grew: bool,
+}
+
+fn storage(device: &wgpu::Device, label: &str, size: u64) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+fn write(
+    (device, queue): (&wgpu::Device, &wgpu::Queue),
+    buffer: &mut wgpu::Buffer,
+    bytes: &[u8],
+    update: &mut TableUpdate,
+) {
+    let len = bytes.len() as u64;
+    if len > buffer.size() {
+        *buffer = storage(device, "tile table", len.next_power_of_two());
+        update.grew = true;
+    }
+    queue.write_buffer(buffer, 0, bytes);
+    update.sent_bytes += len;
+}

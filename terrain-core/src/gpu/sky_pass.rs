@@ -1,0 +1,58 @@
+use super::DEPTH_FORMAT;
+use super::frame_bindings::FrameBindings;
+use super::shader_library::SKY;
+
+/// Fills the picture behind the terrain.
+pub(crate) struct SkyPass {
+    pipeline: wgpu::RenderPipeline,
+}
+
+impl SkyPass {
+    pub fn new(
+        device: &wgpu::Device,
+        bindings: &FrameBindings,
+        target: wgpu::TextureFormat,
+    ) -> Self {
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("sky"),
+            bind_group_layouts: &[Some(&bindings.frame_layout)],
+            immediate_size: 0,
+        });
+        let module = SKY.module(device);
+        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("sky"),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("sky_vertex"),
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: DEPTH_FORMAT,
+                depth_write_enabled: Some(false),
+                depth_compare: Some(wgpu::CompareFunction::Equal),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("sky_fragment"),
+                compilation_options: Default::default(),
+                targets: &[Some(target.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        Self { pipeline }
+    }
+
+    /// Draws the sky where no terrain was drawn: to be called after the terrain, in its pass.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, bindings: &FrameBindings) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &bindings.frame, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}

@@ -1,0 +1,97 @@
+use std::mem::offset_of;
+
+use encase::ShaderType;
+
+use crate::gpu::derive_heights_pass::DecodeJob;
+use crate::gpu::shader_library::{ALL, DERIVE_HEIGHTS, DISPLACE, Shader, TERRAIN};
+use crate::gpu::{FrameUniforms, TableRange, TileEntry};
+use crate::surface::MeshVertex;
+
+fn parse(shader: &Shader) -> naga::Module {
+    naga::front::wgsl::parse_str(&shader.source()).unwrap_or_else(|error| {
+        panic!("{}: {}", shader.name, error.emit_to_string(&shader.source()))
+    })
+}
+
+/// Names and offsets of a WGSL struct's members, and its size.
+fn wgsl_layout(shader: &Shader, name: &str) -> (Vec<(String, u32)>, u32) {
+    let module = parse(shader);
+    for (_, found) in module.types.iter() {
+        if found.name.as_deref() != Some(name) {
+            continue;
+        }
+        if let naga::TypeInner::Struct { members, span } = &found.inner {
+            let member = |m: &naga::StructMember| (m.name.clone().unwrap_or_default(), m.offset);
+            return (members.iter().map(member).collect(), *span);
+        }
+    }
+    panic!("{} has no struct {name}", shader.name);
+}
+
+fn named(pairs: &[(&str, usize)]) -> Vec<(String, u32)> {
+    pairs.iter().map(|&(name, offset)| (name.to_owned(), offset as u32)).collect()
+}
+
+#[test]
+fn every_shader_is_valid() {
+    for shader in ALL {
+        let module = parse(shader);
+        let mut validator = naga::valid::Validator::new(
+            naga::valid::ValidationFlags::all(),
+            naga::valid::Capabilities::empty(),
+        );
+        let outcome = validator.validate(&module);
+        assert!(outcome.is_ok(), "{}: {:?}", shader.name, outcome.err());
+    }
+}
+
+#[test]
+fn every_shader_names_the_parts_it_is_put_together_from() {
+    for shader in ALL {
+        let own = shader.source();
+        let needs = own.lines().find_map(|line| line.strip_prefix("// needs: ")).unwrap_or("");
+        let parts = shader.part_names().map(|part| format!("common/{part}.wgsl"));
+        assert_eq!(needs, parts.collect::<Vec<_>>().join(" "), "{}", shader.name);
+    }
+}
+
+macro_rules! offsets {
+    ($type:ty: $($member:ident),+ $(,)?) => {
+        named(&[$((stringify!($member), offset_of!($type, $member))),+])
+    };
+}
+
+#[test]
+fn plain_structs_have_the_same_members_offsets_and_sizes() {
+    let entry = offsets!(TileEntry: origin_from_eye_m, texels_per_m, level_flags, column, row, atlas_x, atlas_y);
+    assert_eq!(wgsl_layout(&TERRAIN, "TileEntry"), (entry, size_of::<TileEntry>() as u32));
+    let job = offsets!(DecodeJob: atlas_x, atlas_y, first_word, is_float, base_steps, step_m, texel_size_m, stored_size);
+    assert_eq!(wgsl_layout(&DERIVE_HEIGHTS, "DecodeJob"), (job, size_of::<DecodeJob>() as u32));
+    // The mesh's pair of floats is two members in WGSL, whose vec2 would be aligned to 8 bytes.
+    let vertex = named(&[
+        ("east", offset_of!(MeshVertex, offset)),
+        ("north", offset_of!(MeshVertex, offset) + 4),
+        ("spacing", offset_of!(MeshVertex, spacing)),
+    ]);
+    assert_eq!(wgsl_layout(&DISPLACE, "MeshVertex"), (vertex, size_of::<MeshVertex>() as u32));
+    let displaced = wgsl_layout(&DISPLACE, "DisplacedVertex");
+    assert_eq!(u64::from(displaced.1), crate::gpu::mesh_buffers::MeshBuffers::VERTEX_BYTES);
+    assert_eq!(displaced.0, named(&[("x", 0), ("y", 4), ("z", 8), ("tile_hints", 12)]));
+}
+
+#[test]
+fn the_uniforms_have_the_same_members_offsets_and_sizes() {
+    let (members, size) = wgsl_layout(&TERRAIN, "FrameUniforms");
+    let rust = FrameUniforms::MEMBER_NAMES
+        .iter()
+        .enumerate()
+        .map(|(index, name)| ((*name).to_owned(), FrameUniforms::METADATA.offset(index) as u32))
+        .collect::<Vec<_>>();
+    assert_eq!(members, rust);
+    assert_eq!(u64::from(size), FrameUniforms::BYTES);
+
+    let (members, size) = wgsl_layout(&TERRAIN, "TableRange");
+    let names = ["first_entry", "entry_count", "first_node", "root_word"];
+    let rust = (0..4).map(|i| (names[i].to_owned(), TableRange::METADATA.offset(i) as u32));
+    assert_eq!((members, size), (rust.collect(), 16));
+}

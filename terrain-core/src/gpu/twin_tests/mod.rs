@@ -1,0 +1,23 @@
+//! What exists both in Rust and in WGSL, compared: struct layouts, and functions run on both with
+//! the same seeded inputs.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a step that fails fails the test")]
+
+mod layouts;
+mod random_field;
+mod sampling;
+
+use crate::gpu::{AdapterChoice, GpuContext};
+
+/// A GPU, or `None` where there is none and `TERRAIN_REQUIRE_GPU=1` does not demand one.
+fn gpu() -> Option<GpuContext> {
+    match GpuContext::headless(&AdapterChoice::Best) {
+        Ok(gpu) => Some(gpu),
+        Err(error) => {
+            let required = std::env::var("TERRAIN_REQUIRE_GPU").is_ok_and(|value| value == "1");
+            assert!(!required, "TERRAIN_REQUIRE_GPU=1, but: {error}");
+            println!("SKIPPED, no GPU: {error}");
+            None
+        }
+    }
+}

@@ -1,0 +1,366 @@
+use std::collections::HashMap;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec2, dvec2};
+use wgpu::util::DeviceExt;
+
+use super::gpu;
+use super::random_field::{BASE_STEPS, Random, STEP_M, field_steps, field_tile};
+use crate::CameraView;
+use crate::dataset::{ColourFormat, HeightRange, HeightRanges};
+use crate::frame_setup::frame_uniforms;
+use crate::gpu::shader_library::LOOKUP_PROBE;
+use crate::gpu::{FrameBindings, GpuContext, TerrainCache, read_texture};
+use crate::renderer_settings::RendererSettings;
+use crate::residency::{OffsetTable, Placement};
+use crate::selection::{LayerTree, TileTree};
+use crate::tiling::{Extent, FixedPosition, LayerLayout, TileId, TileSet, TilingScheme};
+
+const LAYOUT: LayerLayout = LayerLayout { tile_size_texels: 32, gutter_texels: 4, level_count: 9 };
+const COLUMNS: u32 = 8;
+
+/// A cache holding tiles of the random field: the root, and paths to random places.
+struct Scene {
+    tree: TileTree,
+    residents: Vec<(TileId, u32)>,
+    table: OffsetTable,
+}
+
+impl Scene {
+    fn new(origin: DVec2) -> Self {
+        let scheme = TilingScheme { origin, root_size_m: 60_000.0 };
+        let range = HeightRange { min_m: -250.0, max_m: 800.0 };
+        let mut random = Random(7);
+        let mut tiles: TileSet = [TileId::ROOT].into_iter().collect();
+        while tiles.len() < u64::from(COLUMNS * COLUMNS) {
+            let level = (random.next() % 9) as u8;
+            let side = 1u64 << level;
+            // A quarter of them close together, so that tiles lie beside and within one another.
+            let near = if random.next().is_multiple_of(4) { side.min(3) } else { side };
+            let tile =
+                TileId::new(level, (random.next() % near) as u32, (random.next() % near) as u32);
+            tiles.insert(tile);
+        }
+        let residents = tiles.iter().zip(0..).collect::<Vec<_>>();
+        let tree = TileTree {
+            scheme,
+            data_extent: scheme.root_extent(),
+            heights: LayerTree { layout: LAYOUT, present: tiles },
+            colours: None,
+            height_ranges: HeightRanges { levels: vec![vec![Some(range)]] },
+        };
+        Self { tree, table: OffsetTable::build(residents.iter().copied()), residents }
+    }
+
+    /// Uploads every resident; every third tile as float32.
+    fn cache(&self, gpu: &GpuContext) -> TerrainCache {
+        let cache = TerrainCache::new(gpu, &self.tree, ColourFormat::Rgba8, (COLUMNS, COLUMNS));
+        let uploads = self
+            .residents
+            .iter()
+            .map(|&(tile, slot)| {
+                let placement = Placement { tile, slot, evicted: None };
+                (placement, field_tile(LAYOUT, tile, slot % 3 == 0))
+            })
+            .collect::<Vec<_>>();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let sent = cache.upload_heights(gpu, &mut encoder, &self.tree, &uploads);
+        gpu.queue.submit([encoder.finish()]);
+        let payload: u64 = uploads.iter().map(|(_, tile)| tile.samples.byte_len()).sum();
+        assert_eq!(sent, payload + 32 * uploads.len() as u64, "samples and a job a tile");
+        cache
+    }
+
+    fn view(&self) -> CameraView {
+        CameraView {
+            eye: self.tree.scheme.root_extent().centre().extend(1234.567),
+            heading_deg: 0.0,
+            pitch_deg: -30.0,
+            fov_y_deg: 60.0,
+            viewport_px: [640, 360],
+        }
+    }
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct ProbePoint {
+    east_m: f32,
+    north_m: f32,
+    spacing_m: f32,
+    padding: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct ProbeAnswer {
+    fixed: [i32; 2],
+    linear: u32,
+    descended: u32,
+    height_m: f32,
+    weight: f32,
+    place: [f32; 2],
+}
+
+/// Runs the probe shader over the points.
+fn probe(gpu: &GpuContext, scene: &Scene, points: &[ProbePoint]) -> Vec<ProbeAnswer> {
+    let mut cache = scene.cache(gpu);
+    let view = scene.view();
+    let eye = view.eye.truncate();
+    let tables = cache.update_tables(gpu, &scene.tree, eye, &scene.table, None);
+    let mut bindings =
+        FrameBindings::new(&gpu.device, &cache.table, &cache.heights, &cache.colours);
+    let mut uniforms = frame_uniforms(&view, &scene.tree, &RendererSettings::default(), 1.0);
+    uniforms.height_table = tables.ranges[0];
+    bindings.set_uniforms(&gpu.queue, &uniforms);
+
+    let device = &gpu.device;
+    let buffer = |contents: &[u8], usage| {
+        device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: None,
+            contents,
+            usage,
+        })
+    };
+    use wgpu::BufferUsages as Usage;
+    let input = buffer(bytemuck::cast_slice(points), Usage::STORAGE);
+    let zeroed = vec![0u8; points.len() * size_of::<ProbeAnswer>()];
+    let output = buffer(&zeroed, Usage::STORAGE | Usage::COPY_SRC);
+    let readback = buffer(&zeroed, Usage::MAP_READ | Usage::COPY_DST);
+    let group_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: None,
+        entries: &[0, 1].map(|binding| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only: binding == 0 },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        }),
+    });
+    let layouts = [&bindings.frame_layout, &bindings.terrain_layout, &group_layout].map(Some);
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &layouts,
+        immediate_size: 0,
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: None,
+        layout: Some(&layout),
+        module: &LOOKUP_PROBE.module(device),
+        entry_point: Some("probe"),
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &group_layout,
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: input.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: output.as_entire_binding() },
+        ],
+    });
+    let mut encoder = device.create_command_encoder(&Default::default());
+    let mut pass = encoder.begin_compute_pass(&Default::default());
+    pass.set_pipeline(&pipeline);
+    for (index, group) in (0..).zip([&bindings.frame, &bindings.terrain, &group]) {
+        pass.set_bind_group(index, group, &[]);
+    }
+    pass.dispatch_workgroups((points.len() as u32).div_ceil(64), 1, 1);
+    drop(pass);
+    encoder.copy_buffer_to_buffer(&output, 0, &readback, 0, readback.size());
+    gpu.queue.submit([encoder.finish()]);
+    readback.slice(..).map_async(wgpu::MapMode::Read, |_| ());
+    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    gpu.check().unwrap();
+    let view = readback.slice(..).get_mapped_range().unwrap();
+    bytemuck::pod_collect_to_vec::<u8, ProbeAnswer>(&view)
+}
+
+/// Points all over the root and beyond it, and points on and beside the borders of its tiles.
+fn points(scene: &Scene) -> Vec<ProbePoint> {
+    let mut random = Random(11);
+    let eye = scene.view().eye.truncate();
+    let extent = scene.tree.scheme.root_extent().grown(2_000.0);
+    let mut points = Vec::new();
+    for index in 0..6_000 {
+        let mut place = extent.min + extent.size_m() * dvec2(random.unit(), random.unit());
+        if index % 3 == 0 {
+            let (tile, _) = scene.residents[(random.next() as usize) % scene.residents.len()];
+            let border = scene.tree.scheme.tile_extent(tile);
+            place = border.min + border.size_m() * dvec2(random.unit(), random.unit());
+            place.x = if index % 2 == 0 { border.min.x } else { border.max.x };
+        }
+        let offset = (place - eye).as_vec2();
+        let spacing_m = (10.0 * random.unit()).exp2() as f32;
+        points.push(ProbePoint { east_m: offset.x, north_m: offset.y, spacing_m, padding: 0 });
+    }
+    points
+}
+
+fn anchor_and_units(scene: &Scene) -> (FixedPosition, f32) {
+    let uniforms = frame_uniforms(&scene.view(), &scene.tree, &RendererSettings::default(), 1.0);
+    let [x, y] = uniforms.anchor_fixed.to_array();
+    assert!(uniforms.anchor_from_eye_m.length() < 1.0e-4, "the eye is over the root");
+    (FixedPosition { x, y }, uniforms.units_per_m)
+}
+
+#[test]
+fn the_lookup_gives_the_same_tile_on_both_bit_for_bit() {
+    let Some(gpu) = gpu() else { return };
+    let scene = Scene::new(dvec2(500_000.0, 6_800_000.0));
+    let points = points(&scene);
+    let (anchor, units_per_m) = anchor_and_units(&scene);
+    let from_eye = frame_uniforms(&scene.view(), &scene.tree, &RendererSettings::default(), 1.0)
+        .anchor_from_eye_m;
+    for (point, answer) in points.iter().zip(probe(&gpu, &scene, &points)) {
+        let offset_m = [point.east_m - from_eye.x, point.north_m - from_eye.y];
+        let position = FixedPosition::from_offset(anchor, offset_m, units_per_m);
+        assert_eq!(answer.fixed, [position.x, position.y], "{point:?}");
+        let entry = scene.table.find_linear(position).unwrap();
+        assert_eq!(answer.linear as usize, entry, "{point:?}");
+        assert_eq!(answer.descended as usize, entry, "{point:?}");
+    }
+}
+
+/// Height of the field's tile at a mip, box-filtered in f64, at a whole texel of that mip.
+fn mip_texel_m(level: u8, mip: u32, row: i64, column: i64) -> f64 {
+    let width = 1i64 << mip;
+    let mut sum = 0.0;
+    for (down, right) in (0..width).flat_map(|down| (0..width).map(move |right| (down, right))) {
+        let steps = field_steps(level, row * width + down, column * width + right);
+        sum += f64::from(BASE_STEPS + i32::from(steps)) * f64::from(STEP_M);
+    }
+    sum / (width * width) as f64
+}
+
+fn bilinear_m(level: u8, mip: u32, place: DVec2) -> f64 {
+    let at = place / f64::from(1u32 << mip) - 0.5;
+    let low = at.floor();
+    let part = at - low;
+    let (row, column) = (low.y as i64, low.x as i64);
+    let texel = |down, right| mip_texel_m(level, mip, row + down, column + right);
+    let north = texel(0, 0) * (1.0 - part.x) + texel(0, 1) * part.x;
+    let south = texel(1, 0) * (1.0 - part.x) + texel(1, 1) * part.x;
+    north * (1.0 - part.y) + south * part.y
+}
+
+/// The field is white noise of 1024 m between neighbouring texels, so an error of a texel's 1e-5th
+/// part moves the height by a centimetre: real terrain is a hundred times smoother.
+#[test]
+fn heights_are_sampled_as_an_f64_evaluation_of_the_same_filter() {
+    let Some(gpu) = gpu() else { return };
+    let scene = Scene::new(dvec2(500_000.0, 6_800_000.0));
+    let points = points(&scene);
+    let view = scene.view();
+    let coarse_m = view.eye.z.round();
+    let mut worst_m = 0.0_f64;
+    for (point, answer) in points.iter().zip(probe(&gpu, &scene, &points)) {
+        let world = view.eye.truncate() + dvec2(f64::from(point.east_m), f64::from(point.north_m));
+        if !scene.tree.scheme.root_extent().contains(world) {
+            continue;
+        }
+        let tile = scene.table.entries[answer.linear as usize].tile;
+        let texel_m = LAYOUT.texel_size_m(&scene.tree.scheme, tile.level);
+        let corner = scene.tree.scheme.tile_origin(tile);
+        let place = dvec2(world.x - corner.x, corner.y - world.y) / texel_m;
+        let global = place + dvec2(f64::from(tile.column), f64::from(tile.row)) * 32.0;
+        let mip = (f64::from(point.spacing_m) / texel_m).log2().clamp(0.0, 2.0);
+        let (fine, part) = (mip.floor(), mip - mip.floor());
+        let near = bilinear_m(tile.level, fine as u32, global);
+        let far = bilinear_m(tile.level, (fine as u32 + 1).min(2), global);
+        let expected_m = near + (far - near) * part - coarse_m;
+        let error_m = (f64::from(answer.height_m) - expected_m).abs();
+        // A place is known to an f32's part of the distance from the eye.
+        let place_error = 3.0e-7 * f64::from(point.east_m.hypot(point.north_m)) / texel_m + 4.0e-6;
+        assert!(error_m < 1024.0 * 2.0 * place_error + 1.0e-3, "{tile} {point:?}: {error_m} m");
+        worst_m = worst_m.max(error_m);
+    }
+    assert!(worst_m > 0.0, "nothing was compared");
+}
+
+#[test]
+fn neighbours_of_a_level_agree_bit_for_bit_along_their_border_at_every_mip() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = Scene::new(dvec2(0.0, 0.0));
+    let block = (0..8).flat_map(|row| (0..8).map(move |column| TileId::new(5, row, column)));
+    scene.residents = block.zip(0..).collect();
+    let cache = scene.cache(&gpu);
+    let slot_of: HashMap<_, _> = scene.residents.iter().copied().collect();
+    for mip in 0..3u32 {
+        let size = (COLUMNS * LAYOUT.stored_size_texels()) >> mip;
+        let heights = read_mip(&gpu, &cache.heights.heights, mip, size, 4);
+        let slopes = read_mip(&gpu, &cache.heights.slopes, mip, size, 8);
+        for (&tile, &slot) in &slot_of {
+            let Some(&east) = slot_of.get(&TileId { column: tile.column + 1, ..tile }) else {
+                continue;
+            };
+            let compare = |bytes: &[u8], texel_bytes: u32, overlap: std::ops::Range<i64>| {
+                for (row, column) in
+                    (0..32 >> mip).flat_map(|r| overlap.clone().map(move |c| (r, c)))
+                {
+                    let at = |slot: u32, column: i64| {
+                        let [x, y] = cache.heights.grid.slot_origin_texels(slot);
+                        let x = i64::from((x + 4) >> mip) + column;
+                        let y = i64::from((y + 4) >> mip) + row;
+                        let start = ((y * i64::from(size) + x) * i64::from(texel_bytes)) as usize;
+                        &bytes[start..start + texel_bytes as usize]
+                    };
+                    let width = 32i64 >> mip;
+                    assert_eq!(at(slot, width + column), at(east, column), "{tile} mip {mip}");
+                }
+            };
+            // Bilinear sampling at the border reads the texels right beside it on either side.
+            compare(&heights, 4, -1..1);
+            if mip < 2 {
+                compare(&slopes, 8, -1..1);
+            }
+        }
+    }
+}
+
+fn read_mip(
+    gpu: &GpuContext,
+    texture: &wgpu::Texture,
+    mip: u32,
+    size: u32,
+    texel_bytes: u32,
+) -> Vec<u8> {
+    let extent = wgpu::Extent3d { width: size, height: size, depth_or_array_layers: 1 };
+    let copy = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: extent,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: texture.format(),
+        usage: wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let source = wgpu::TexelCopyTextureInfo { mip_level: mip, ..texture.as_image_copy() };
+    encoder.copy_texture_to_texture(source, copy.as_image_copy(), extent);
+    gpu.queue.submit([encoder.finish()]);
+    read_texture(gpu, &copy, [size, size], texel_bytes).unwrap()
+}
+
+#[test]
+fn an_eye_far_outside_the_root_still_finds_the_tiles() {
+    let root = TilingScheme { origin: DVec2::ZERO, root_size_m: 1000.0 };
+    let mut scene = Scene::new(DVec2::ZERO);
+    scene.tree.scheme = root;
+    scene.tree.data_extent = Extent::new(dvec2(0.0, -1000.0), dvec2(1000.0, 0.0));
+    let view = CameraView { eye: dvec2(-80_000.0, 20_000.0).extend(5_000.0), ..scene.view() };
+    let uniforms = frame_uniforms(&view, &scene.tree, &RendererSettings::default(), 1.0);
+    let [x, y] = uniforms.anchor_fixed.to_array();
+    let anchor = FixedPosition { x, y };
+    let target = dvec2(700.0, -300.0);
+    let from_anchor = (target - view.eye.truncate()).as_vec2() - uniforms.anchor_from_eye_m;
+    let found = FixedPosition::from_offset(anchor, from_anchor.to_array(), uniforms.units_per_m);
+    let exact = root.fixed_from_world(target);
+    // A tenth of a metre of the 82 km between: what an f32 tells apart there is 8 mm.
+    let near = |a: i32, b: i32| f64::from((a - b).abs()) / f64::from(uniforms.units_per_m) < 0.1;
+    assert!(near(found.x, exact.x) && near(found.y, exact.y), "{found:?} {exact:?}");
+}

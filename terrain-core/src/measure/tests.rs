@@ -1,0 +1,254 @@
+//! Flights: their files, their paths, those recorded and those made for a dataset.
+
+use glam::{DVec2, dvec2, dvec3};
+use proptest::prelude::*;
+
+use super::*;
+use crate::CameraView;
+use crate::tiling::Extent;
+
+const VIEWPORT: [u32; 2] = [640, 360];
+
+fn keyframe(t: f64, x: f64, heading: f64) -> Keyframe {
+    Keyframe { t, x, y: -x, height: 1_000.0 + x, heading, pitch: -10.0, fov: 50.0 }
+}
+
+fn flight(keyframes: Vec<Keyframe>) -> Flight {
+    Flight::new("EPSG:32632", 30.0, keyframes).unwrap()
+}
+
+#[test]
+fn a_flight_file_reads_as_it_is_specified_and_writes_back() {
+    let text = r#"{"crs": "EPSG:32632", "fps": 60, "keyframes": [
+        {"t": 0.0, "x": 463000.0, "y": 6821000.5, "height": 2400, "heading": 350, "pitch": -20, "fov": 45},
+        {"t": 2.5, "x": 464000.0, "y": 6822000.5, "height": 2300, "heading": 10, "pitch": -10, "fov": 60}]}"#;
+    let flight = Flight::from_json(text).unwrap();
+    assert_eq!((flight.crs(), flight.fps(), flight.duration_s()), ("EPSG:32632", 60.0, 2.5));
+    assert_eq!(flight.frame_count(), 151);
+    assert_eq!((flight.frame_time_s(0), flight.frame_time_s(150)), (0.0, 2.5));
+    let start = flight.view_at(0.0, VIEWPORT);
+    assert_eq!(start.eye, dvec3(463_000.0, 6_821_000.5, 2_400.0));
+    assert_eq!((start.heading_deg, start.pitch_deg, start.fov_y_deg), (350.0, -20.0, 45.0));
+    assert_eq!(flight.view_at(1.25, VIEWPORT).heading_deg, 0.0, "the short way, over north");
+    assert_eq!(Flight::from_json(&flight.to_json().unwrap()).unwrap(), flight);
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flight.json");
+    flight.write(&path).unwrap();
+    assert_eq!(Flight::read(&path).unwrap(), flight);
+}
+
+#[test]
+fn what_is_wrong_with_a_flight_is_named() {
+    let good = keyframe(0.0, 1.0, 0.0);
+    let later = |keyframe: Keyframe| Keyframe { t: 1.0, ..keyframe };
+    let error = |keyframes| Flight::new("local", 30.0, keyframes).unwrap_err().to_string();
+    assert_eq!(error(vec![]), "no keyframes");
+    assert_eq!(error(vec![good, good]), "keyframe 1: t is 0, not later than the one before it");
+    let lost = Keyframe { y: f64::NAN, ..later(good) };
+    assert_eq!(error(vec![good, lost]), "keyframe 1: y is NaN, not a number");
+    let steep = Keyframe { pitch: 90.5, ..good };
+    assert_eq!(error(vec![steep]), "keyframe 0: pitch is 90.5, not within -90..90 degrees");
+    let blind = Keyframe { fov: 180.0, ..good };
+    assert_eq!(error(vec![blind]), "keyframe 0: fov is 180, not between 0 and 180 degrees");
+    for fps in [0.0, -1.0, f64::NAN, f64::INFINITY, 1.0e300] {
+        let error = Flight::new("local", fps, vec![good, later(good)]).unwrap_err();
+        assert!(matches!(error, FlightError::FrameRate(_)), "{fps}: {error}");
+    }
+}
+
+#[test]
+fn a_file_that_is_no_flight_is_named_with_the_cause() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flight.json");
+    let error = || Flight::read(&path).unwrap_err().to_string();
+    assert!(error().contains("flight.json"));
+    for (text, cause) in [
+        ("", "EOF"),
+        (r#"{"crs": "local", "keyframes": []}"#, "missing field `fps`"),
+        (r#"{"crs": "local", "fps": 60, "keyframes": []}"#, "no keyframes"),
+        (r#"{"crs": "local", "fps": 60, "keyframes": [{"t": 0}]}"#, "missing field `x`"),
+    ] {
+        std::fs::write(&path, text).unwrap();
+        let error = error();
+        assert!(error.contains("flight.json: not a flight: ") && error.contains(cause), "{error}");
+    }
+}
+
+#[test]
+fn one_keyframe_is_a_flight_of_one_frame() {
+    let flight = flight(vec![keyframe(3.0, 5.0, -90.0)]);
+    assert_eq!((flight.frame_count(), flight.duration_s()), (1, 0.0));
+    for t in [-1.0, 3.0, 9.0, f64::NAN] {
+        let view = flight.view_at(t, VIEWPORT);
+        assert_eq!((view.eye.x, view.heading_deg), (5.0, 270.0));
+    }
+}
+
+fn angle_between_deg(a: f64, b: f64) -> f64 {
+    (a - b + 180.0).rem_euclid(360.0) - 180.0
+}
+
+proptest! {
+    #[test]
+    fn keyframes_are_hit_and_headings_turn_the_short_way(
+        steps in prop::collection::vec(
+            (0.01..5.0f64, -1.0e7..1.0e7f64, -720.0..720.0f64), 2..10)
+    ) {
+        let mut t = -3.0;
+        let keyframes: Vec<_> = steps
+            .into_iter()
+            .map(|(width, x, heading)| {
+                t += width;
+                keyframe(t, x, heading)
+            })
+            .collect();
+        let flight = flight(keyframes.clone());
+        for (index, key) in keyframes.iter().enumerate() {
+            let view = flight.view_at(key.t, VIEWPORT);
+            prop_assert_eq!(view.eye, dvec3(key.x, key.y, key.height), "keyframe {}", index);
+            prop_assert!(angle_between_deg(view.heading_deg, key.heading).abs() < 1e-9);
+        }
+        for pair in keyframes.windows(2) {
+            let turn = angle_between_deg(pair[1].heading, pair[0].heading);
+            for step in 0..=16 {
+                let t = pair[0].t + (pair[1].t - pair[0].t) * f64::from(step) / 16.0;
+                let view = flight.view_at(t, VIEWPORT);
+                let turned = angle_between_deg(view.heading_deg, pair[0].heading);
+                // Half a turn may go either way.
+                let on_the_way = turned * turn.signum() >= -1e-9 && turned.abs() <= turn.abs() + 1e-9;
+                prop_assert!(on_the_way || turn.abs() > 179.999, "{turned} of {turn}");
+                let (low, high) = (pair[0].x.min(pair[1].x), pair[0].x.max(pair[1].x));
+                prop_assert!((low - 1e-6..=high + 1e-6).contains(&view.eye.x), "overshoot");
+            }
+        }
+    }
+}
+
+fn view_at_x(x: f64) -> CameraView {
+    CameraView {
+        eye: dvec3(x, 20.0, 300.0),
+        heading_deg: 15.0,
+        pitch_deg: -5.0,
+        fov_y_deg: 50.0,
+        viewport_px: VIEWPORT,
+    }
+}
+
+#[test]
+fn a_recording_keeps_moves_and_rests_with_few_keyframes() {
+    // At 60 frames a second: rests for 2 s, moves evenly for 3 s, rests for 2 s.
+    let x_at = |t: f64| 100.0 * (t - 2.0).clamp(0.0, 3.0);
+    let mut recorder = FlightRecorder::new();
+    for frame in 0..=7 * 60 {
+        let t = f64::from(frame) / 60.0;
+        recorder.record(1_000.0 + t, &view_at_x(x_at(t)));
+    }
+    recorder.record(1_000.0, &view_at_x(-9.0)); // a clock that went back
+    recorder.record(f64::NAN, &view_at_x(-9.0));
+    assert!(recorder.len() < 20, "{} keyframes", recorder.len());
+    let flight = recorder.finish("local", 60.0).unwrap();
+    assert_eq!((flight.time_range_s(), flight.frame_count()), ([0.0, 7.0], 421));
+    for frame in 0..flight.frame_count() {
+        let t = flight.frame_time_s(frame);
+        let error_m = flight.view_at(t, VIEWPORT).eye.x - x_at(t);
+        // A cubic from rest to 100 m/s in one interval is at most 4/27 of its way off a sudden start.
+        let rounded_off_m = 4.0 / 27.0 * 100.0 * FlightRecorder::INTERVAL_S;
+        assert!(error_m.abs() < rounded_off_m + 0.05, "{error_m} at {t}");
+    }
+    assert!(FlightRecorder::new().finish("local", 60.0).is_err(), "nothing recorded");
+}
+
+#[test]
+fn forward_keeps_its_speed_and_hovering_stays() {
+    let start = CameraView { heading_deg: 90.0, ..view_at_x(7.0) };
+    let forward = Flight::forward("local", &start, 25.0, 4.0).unwrap();
+    for frame in 0..forward.frame_count() {
+        let t = forward.frame_time_s(frame);
+        let eye = forward.view_at(t, VIEWPORT).eye;
+        assert!((eye - dvec3(7.0 + 25.0 * t, 20.0, 300.0)).length() < 1e-9, "{eye} at {t}");
+    }
+    let hover = Flight::hover("local", &start, 2.0).unwrap();
+    assert!(
+        (0..hover.frame_count()).all(|f| hover.view_at(hover.frame_time_s(f), VIEWPORT) == start)
+    );
+    assert!(Flight::hover("local", &start, 0.0).is_err());
+}
+
+/// Degrees between where the view looks and where `target` is.
+fn aim_error_deg(view: &CameraView, target: glam::DVec3) -> f64 {
+    view.forward().angle_between(target - view.eye).to_degrees()
+}
+
+#[test]
+fn an_orbit_looks_at_its_target_from_all_sides() {
+    let target = dvec3(5.0e5, 6.8e6, 1_200.0);
+    let orbit = Flight::orbit("local", target, 4_000.0, 2_500.0, 20.0).unwrap();
+    let mut turned_deg = 0.0;
+    let mut before = orbit.view_at(0.0, VIEWPORT);
+    assert!(
+        (before.eye - dvec3(5.0e5, 6.8e6 - 4_000.0, 2_500.0)).length() < 1e-6,
+        "from the south"
+    );
+    for frame in 0..orbit.frame_count() {
+        let view = orbit.view_at(orbit.frame_time_s(frame), VIEWPORT);
+        let radius_m = (view.eye - target).truncate().length();
+        assert!((radius_m / 4_000.0 - 1.0).abs() < 0.01, "{radius_m}");
+        assert!(aim_error_deg(&view, target) < 1.0);
+        turned_deg += angle_between_deg(view.heading_deg, before.heading_deg);
+        before = view;
+    }
+    assert!((turned_deg - 360.0).abs() < 1e-6, "once round, clockwise: {turned_deg}");
+}
+
+#[test]
+fn a_tour_shows_the_whole_then_the_summit_and_never_meets_the_ground() {
+    for side_m in [10_000.0, 60_000.0, 2.0e7] {
+        let extent =
+            Extent::new(dvec2(4.0e5, -3.0e6), dvec2(4.0e5 + 1.3 * side_m, -3.0e6 + side_m));
+        let summit = extent.min + 0.35 * extent.size_m();
+        // A rugged country with one clear summit.
+        let ground_m = |point: DVec2| {
+            let waves = (point * (40.0 / side_m)).map(f64::sin).element_sum();
+            let away = (point - summit).length() / side_m;
+            0.01 * side_m * waves + 0.12 * side_m * (-60.0 * away * away).exp()
+        };
+        let grid = (0..250_000).map(|i| dvec2(f64::from(i % 500), f64::from(i / 500)) / 499.0);
+        let on_ground = |p: DVec2| p.extend(ground_m(p));
+        let peak = grid
+            .map(|part| on_ground(extent.min + part * extent.size_m()))
+            .max_by(|a, b| a.z.total_cmp(&b.z))
+            .unwrap();
+        let tour = Flight::tour("local", &extent, &ground_m).unwrap();
+        let [mut lowest_m, mut summit_frames] = [f64::INFINITY, 0.0];
+        for frame in 0..tour.frame_count() {
+            let view = tour.view_at(tour.frame_time_s(frame), VIEWPORT);
+            let clearance_m = view.eye.z - ground_m(view.eye.truncate());
+            assert!(clearance_m > 0.01 * side_m, "{side_m}: {clearance_m} m above ground");
+            lowest_m = clearance_m.min(lowest_m);
+            summit_frames += f64::from(u8::from(aim_error_deg(&view, peak) < 5.0));
+        }
+        assert!(lowest_m < 0.1 * side_m, "{side_m}: never low");
+        assert!(summit_frames > 0.5 * tour.frame_count() as f64, "{side_m}: {summit_frames}");
+        let wide = tour.view_at(0.0, VIEWPORT);
+        let corners = [extent.min, extent.max, dvec2(extent.min.x, extent.max.y)];
+        for corner in corners {
+            let way = 0.5 * (corner + extent.centre());
+            let pixel = wide.pixel_from_world(way.extend(0.0)).unwrap();
+            assert!(
+                (0.0..640.0).contains(&pixel[0]) && (0.0..360.0).contains(&pixel[1]),
+                "{pixel:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_tour_of_nowhere_is_an_error_and_unknown_ground_is_not() {
+    let point = Extent::new(DVec2::ZERO, DVec2::ZERO);
+    let lost = Extent::new(DVec2::NAN, DVec2::NAN);
+    assert!(Flight::tour("local", &lost, &|_| 0.0).is_err());
+    let somewhere = Extent::new(DVec2::ZERO, DVec2::splat(1.0e4));
+    assert!(Flight::tour("local", &somewhere, &|_| f64::NAN).is_ok());
+    assert!(Flight::tour("local", &point, &|_| 5.0).is_err());
+}

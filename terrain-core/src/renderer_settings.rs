@@ -1,0 +1,115 @@
+//! What a user can set about drawing.
+
+use serde::{Deserialize, Serialize};
+
+/// What the picture shows instead of, or on top of, the terrain as it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum DebugView {
+    /// The terrain as it is.
+    #[default]
+    Off,
+    /// The borders of the tiles each pixel is drawn from.
+    TileBorders,
+    /// The level of the tile each pixel is drawn from, as a colour, and the borders.
+    Levels,
+    /// The light on the slopes alone.
+    Shading,
+}
+
+impl DebugView {
+    /// The number the shader knows the view by.
+    pub(crate) fn code(self) -> u32 {
+        match self {
+            Self::Off => 0,
+            Self::TileBorders => 1,
+            Self::Levels => 2,
+            Self::Shading => 3,
+        }
+    }
+}
+
+/// How shaders find the finest cached tile of a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum LookupMethod {
+    /// Descent of a quadtree over the cached tiles: a load a level.
+    #[default]
+    Descend,
+    /// The paper's linear search through the table, finest level first.
+    Linear,
+}
+
+/// What a user can set about drawing. All fields are public; [`Self::checked`] brings them in range.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RendererSettings {
+    /// Slots of the caches from west to east: the paper's m.
+    pub cache_columns: u32,
+    /// Slots of the caches from north to south: the paper's n.
+    pub cache_rows: u32,
+    /// Most tiles a selection may have, level 0 included: the paper's MaxofTiles.
+    pub max_tiles: usize,
+    /// A tile is split while its texels are drawn larger than this many pixels.
+    pub texel_px: f64,
+    /// Size that the mesh's triangles are to have in pixels.
+    pub triangle_px: f64,
+    /// Factor on all heights.
+    pub vertical_exaggeration: f64,
+    /// Most bytes of tiles to bring to the GPU in a frame; one tile a layer always goes through.
+    pub upload_budget_bytes: u64,
+    /// Width and height of the coordinate pass in pixels.
+    pub coordinate_size_px: [u32; 2],
+    /// Most taps of the anisotropic filter on imagery; 1 is isotropic.
+    pub anisotropy: u32,
+    /// How much the sun's light on slopes shows: 0 not at all, 1 fully.
+    pub shading_strength: f32,
+    /// Keep the selection as it is whatever the camera does.
+    pub freeze_selection: bool,
+    /// What the picture shows.
+    pub debug_view: DebugView,
+    /// Draw the mesh's edges instead of its faces (needs a device with a line mode).
+    pub wireframe: bool,
+    /// How shaders find tiles.
+    pub lookup: LookupMethod,
+}
+
+impl Default for RendererSettings {
+    fn default() -> Self {
+        Self {
+            cache_columns: 6,
+            cache_rows: 6,
+            max_tiles: 36,
+            texel_px: 1.0,
+            triangle_px: 10.0,
+            vertical_exaggeration: 1.0,
+            upload_budget_bytes: 1 << 20,
+            coordinate_size_px: [160, 90],
+            anisotropy: 4,
+            shading_strength: 0.7,
+            freeze_selection: false,
+            debug_view: DebugView::Off,
+            wireframe: false,
+            lookup: LookupMethod::Descend,
+        }
+    }
+}
+
+impl RendererSettings {
+    /// The settings with every value brought into its range.
+    pub fn checked(mut self) -> Self {
+        // The lookup's tables number tiles with 16 bits; a texture has at most 16384 texels a side.
+        self.cache_columns = self.cache_columns.clamp(1, 40);
+        self.cache_rows = self.cache_rows.clamp(1, 40);
+        let slots = (self.cache_columns * self.cache_rows) as usize;
+        self.max_tiles = self.max_tiles.clamp(1, slots);
+        self.texel_px = finite(self.texel_px, 1.0).clamp(0.1, 64.0);
+        self.triangle_px = finite(self.triangle_px, 10.0).clamp(1.0, 64.0);
+        self.vertical_exaggeration = finite(self.vertical_exaggeration, 1.0).clamp(0.01, 1000.0);
+        self.coordinate_size_px = self.coordinate_size_px.map(|size| size.clamp(8, 2048));
+        self.anisotropy = self.anisotropy.clamp(1, 16);
+        self.shading_strength = self.shading_strength.clamp(0.0, 1.0);
+        self
+    }
+}
+
+fn finite(value: f64, otherwise: f64) -> f64 {
+    if value.is_finite() { value } else { otherwise }
+}

@@ -1,0 +1,80 @@
+use super::tile_list::Child;
+use super::{TileList, TileTree, VisibleRegion};
+use crate::CameraView;
+use crate::tiling::TileId;
+
+/// What the selection is to reach and to keep within.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SelectionConfig {
+    /// The paper's MaxofTiles: tiles on the list at the most, level 0 counted. 0 is taken as 1.
+    pub max_tiles: usize,
+    /// A tile is split while its texel, at its point nearest to the eye, appears larger than this
+    /// many pixels.
+    pub texel_px: f64,
+    /// Factor the terrain's heights are drawn with.
+    pub vertical_exaggeration: f64,
+}
+
+impl Default for SelectionConfig {
+    /// As many tiles as the paper's cache of 6 x 6, a texel a pixel, heights as they are.
+    fn default() -> Self {
+        Self { max_tiles: 36, texel_px: 1.0, vertical_exaggeration: 1.0 }
+    }
+}
+
+/// Tiles beyond which nothing more is split, whatever the threshold: a bound on time and memory for
+/// settings that ask for the absurd.
+const LISTED_AT_MOST: usize = 1 << 16;
+
+/// Step 2 of the paper's tile selection: quadtree subdivision by distance.
+///
+/// Liu Hao et al., "Dynamic Scheduling and Real-time Rendering Method for Large-Scale Terrain",
+/// section 3.1:
+/// 1. Begin with the coarsest level, whose one tile is always on the list.
+/// 2. Of the tiles of the level that are on the list, split those that satisfy the threshold.
+/// 3. Put those of their children that meet the visible region on the list; children of a tile
+///    that is not on the list are never considered.
+/// 4. Go on with the next level, to the finest.
+///
+/// Departures: the paper leaves the threshold open; here a tile is split while its texel, seen from
+/// the distance of the tile's nearest point ([`TileTree::distance_m`]), appears larger than
+/// [`SelectionConfig::texel_px`]. Children that hold no data are not stored and never chosen. Once
+/// 65,536 tiles are listed, nothing more is split.
+///
+/// Without a region (an empty view) the list holds level 0 alone.
+pub fn subdivide(
+    tree: &TileTree,
+    region: Option<&VisibleRegion>,
+    view: &CameraView,
+    config: &SelectionConfig,
+) -> TileList {
+    let distance_m = |tile| tree.distance_m(tile, view.eye, config.vertical_exaggeration);
+    let mut list = TileList::new(tree, view.eye, config.vertical_exaggeration);
+    let Some(region) = region else { return list };
+    let split_factor = config.texel_px * view.pixel_angle_rad();
+    let mut next = TileList::ROOT;
+    // Nodes are appended level by level, so going through them in order is going level by level.
+    while (next as usize) < list.nodes().len() && list.len() < LISTED_AT_MOST {
+        let node = *list.node(next);
+        if is_split(tree, node.tile, node.distance_m, split_factor) {
+            for (quadrant, child) in node.tile.children().into_iter().enumerate() {
+                if !tree.contains(child) {
+                    if tree.is_empty_ground(child) {
+                        list.set_child(next, quadrant, Child::Empty);
+                    }
+                } else if tree.scheme.tile_extent(child).touches(&region.extent) {
+                    let index = list.add_child(next, child, distance_m(child));
+                    list.set_listed(index, true);
+                }
+            }
+        }
+        next += 1;
+    }
+    list
+}
+
+/// Whether the tile's texel appears larger than the threshold: `split_factor` is the threshold in
+/// radians, so the comparison is texel size over distance without the division by a distance of 0.
+fn is_split(tree: &TileTree, tile: TileId, distance_m: f64, split_factor: f64) -> bool {
+    tile.level < tree.finest_level() && tree.texel_size_m(tile.level) > split_factor * distance_m
+}

@@ -1,0 +1,405 @@
+//! The stages of selection against literal versions of the paper's sentences, and what holds for
+//! every selection whatever the strategy.
+
+use std::collections::BTreeSet;
+
+use glam::{DVec2, dvec2, dvec3};
+use proptest::prelude::*;
+
+use super::*;
+use crate::CameraView;
+use crate::dataset::{HeightRange, HeightRanges};
+use crate::tiling::{Extent, LayerLayout, TileId, TileSet, TilingScheme};
+
+type List = BTreeSet<TileId>;
+
+/// Everything a strategy must give a selection for.
+#[derive(Clone, Debug)]
+struct Case {
+    tree: TileTree,
+    region: Option<VisibleRegion>,
+    view: CameraView,
+    config: SelectionConfig,
+}
+
+type SelectFn = fn(&Case) -> Selection;
+
+/// Every strategy there is, for [`every_strategy_keeps_the_invariants`].
+const STRATEGIES: [(&str, SelectFn); 1] =
+    [("rtt-quadtree", |case| select(&case.tree, case.region.as_ref(), &case.view, &case.config))];
+
+const SCHEME: TilingScheme =
+    TilingScheme { origin: DVec2 { x: 412_000.5, y: 6_850_000.25 }, root_size_m: 61_440.0 };
+
+/// A pyramid over the finest tiles of which `is_present` says yes.
+fn layer(level_count: u8, tile_size_texels: u32, is_present: impl Fn(TileId) -> bool) -> LayerTree {
+    let finest = level_count - 1;
+    let mut present = TileSet::new();
+    for row in 0..1 << finest {
+        for column in 0..1 << finest {
+            let tile = TileId::new(finest, row, column);
+            if is_present(tile) {
+                (0..=finest).for_each(|level| {
+                    present.insert(tile.ancestor_at(level));
+                });
+            }
+        }
+    }
+    LayerTree { layout: LayerLayout { tile_size_texels, gutter_texels: 4, level_count }, present }
+}
+
+/// A mix of the bits of `seed` and a tile, evenly spread.
+fn mixed(seed: u64, tile: TileId) -> u64 {
+    let key = (u64::from(tile.level) << 56) ^ (u64::from(tile.row) << 28) ^ u64::from(tile.column);
+    let mut z = seed.wrapping_add(key.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// Heights by level, each child's range within its parent's.
+fn height_ranges(seed: u64, levels: u8) -> HeightRanges {
+    let range = |tile: TileId| {
+        let mut range = HeightRange { min_m: 0.0, max_m: 2_400.0 };
+        for level in 1..=tile.level {
+            let part = (mixed(seed, tile.ancestor_at(level)) % 100) as f32 / 100.0;
+            let size = range.max_m - range.min_m;
+            range.min_m += 0.3 * size * part;
+            range.max_m -= 0.3 * size * (1.0 - part);
+        }
+        Some(range)
+    };
+    let level = |level: u8| {
+        let tiles = 1_u32 << level;
+        (0..tiles * tiles).map(|i| range(TileId::new(level, i / tiles, i % tiles))).collect()
+    };
+    HeightRanges { levels: (0..levels).map(level).collect() }
+}
+
+/// `density` in 0..=100: the part of the finest tiles that hold data.
+fn tree(seed: u64, height_levels: u8, colour_levels: Option<u8>, density: u64) -> TileTree {
+    let is_present = |salt: u64| move |tile| mixed(seed ^ salt, tile) % 100 < density;
+    TileTree {
+        scheme: SCHEME,
+        data_extent: SCHEME.root_extent(),
+        heights: layer(height_levels, 128, is_present(1)),
+        colours: colour_levels.map(|levels| layer(levels, 384, is_present(2))),
+        height_ranges: height_ranges(seed, height_levels.min(3)),
+    }
+}
+
+fn cases() -> impl Strategy<Value = Case> {
+    let trees = (any::<u64>(), 1u8..=5, prop::option::of(1u8..=6), 0u64..=130)
+        .prop_map(|(seed, heights, colours, density)| tree(seed, heights, colours, density));
+    // In parts of the root, from its south-west corner; some regions and eyes outside of it.
+    let part = -0.2..1.2f64;
+    let corners = ((part.clone(), part.clone()), (part.clone(), part.clone()));
+    let region = prop::option::weighted(0.9, corners);
+    let view = ((part.clone(), part), 0.0..6_000.0f64, 20.0..100.0f64);
+    let config = (prop_oneof![0usize..40, Just(400)], 0.3..30.0f64, 0.5..3.0f64);
+    (trees, region, view, config).prop_map(|(tree, region, view, config)| {
+        let root = SCHEME.root_extent();
+        let world = |(x, y): (f64, f64)| root.min + dvec2(x, y) * root.size_m();
+        let region = region.map(|(a, b)| VisibleRegion {
+            extent: Extent::new(world(a).min(world(b)), world(a).max(world(b))),
+            covered_pixels: 1,
+        });
+        let (eye, height_m, fov_y_deg) = view;
+        let view = CameraView {
+            eye: world(eye).extend(height_m),
+            heading_deg: 0.0,
+            pitch_deg: -30.0,
+            fov_y_deg,
+            viewport_px: [1280, 720],
+        };
+        let (max_tiles, texel_px, vertical_exaggeration) = config;
+        let config = SelectionConfig { max_tiles, texel_px, vertical_exaggeration };
+        Case { tree, region, view, config }
+    })
+}
+
+fn all_tiles(tree: &TileTree) -> impl Iterator<Item = TileId> {
+    (0..=tree.finest_level()).flat_map(|level| {
+        let tiles = 1_u32 << level;
+        (0..tiles * tiles).map(move |i| TileId::new(level, i / tiles, i % tiles))
+    })
+}
+
+fn distance_m(case: &Case, tile: TileId) -> f64 {
+    case.tree.distance_m(tile, case.view.eye, case.config.vertical_exaggeration)
+}
+
+/// Step 2, tile by tile: on the list is what exists, meets the region and has only split ancestors.
+fn subdivided_by_hand(case: &Case) -> List {
+    let mut list = List::from([TileId::ROOT]);
+    let Some(region) = case.region else { return list };
+    let texel_px = |tile: TileId| {
+        let angle_rad = case.tree.texel_size_m(tile.level) / distance_m(case, tile);
+        angle_rad / case.view.pixel_angle_rad()
+    };
+    let is_split = |tile: TileId| texel_px(tile) > case.config.texel_px;
+    let is_there = |tile: TileId| {
+        case.tree.contains(tile) && case.tree.scheme.tile_extent(tile).touches(&region.extent)
+    };
+    list.extend(all_tiles(&case.tree).filter(|tile| {
+        (1..=tile.level)
+            .all(|level| is_there(tile.ancestor_at(level)) && is_split(tile.ancestor_at(level - 1)))
+    }));
+    list
+}
+
+/// Whether no finest tile of any layer holds data on the tile's ground.
+fn is_empty_by_hand(tree: &TileTree, tile: TileId) -> bool {
+    let layers = [Some(&tree.heights), tree.colours.as_ref()];
+    layers.into_iter().flatten().all(|layer| {
+        let finest = layer.layout.finest_level();
+        let holds = |t: &TileId| t.level == finest && (t.covers(tile) || tile.covers(*t));
+        !layer.present.iter().any(|t| holds(&t))
+    })
+}
+
+/// Step 3, as the paper has it, on a list as it came in.
+fn regularized_by_hand(tree: &TileTree, list: &List) -> List {
+    let is_redundant = |tile: TileId| {
+        tile.level > 0
+            && tile.level < tree.finest_level()
+            && tile.children().iter().any(|child| list.contains(child))
+            && tile
+                .children()
+                .iter()
+                .all(|&child| list.contains(&child) || is_empty_by_hand(tree, child))
+    };
+    list.iter().copied().filter(|&tile| !is_redundant(tile)).collect()
+}
+
+/// Step 4, as the paper has it, searching the list anew for every merge.
+fn merged_by_hand(case: &Case, mut list: List) -> (List, usize) {
+    let mut merges = 0;
+    while list.len() > case.config.max_tiles.max(1) {
+        let farther = |a: &&TileId, b: &&TileId| {
+            distance_m(case, **a).total_cmp(&distance_m(case, **b)).then(a.cmp(b))
+        };
+        let candidates = list.iter().filter(|tile| tile.level > 0);
+        let parent = candidates.max_by(farther).and_then(|tile| tile.parent()).unwrap();
+        for sibling in parent.children() {
+            list.remove(&sibling);
+        }
+        list.insert(parent);
+        list = regularized_by_hand(&case.tree, &list);
+        merges += 1;
+    }
+    (list, merges)
+}
+
+fn listed(list: &TileList) -> List {
+    let tiles: Vec<_> = list.tiles().collect();
+    let set: List = tiles.iter().copied().collect();
+    assert_eq!((tiles.len(), list.len()), (set.len(), set.len()), "a tile counted twice");
+    set
+}
+
+fn subdivided(case: &Case) -> TileList {
+    subdivide(&case.tree, case.region.as_ref(), &case.view, &case.config)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    #[test]
+    fn every_stage_agrees_with_the_same_by_hand(case in cases()) {
+        let mut list = subdivided(&case);
+        let by_hand = subdivided_by_hand(&case);
+        prop_assert_eq!(&listed(&list), &by_hand, "subdivision");
+
+        let removed = regularize(&mut list);
+        let regular = regularized_by_hand(&case.tree, &by_hand);
+        prop_assert_eq!(&listed(&list), &regular, "regularisation");
+        prop_assert_eq!(removed, by_hand.len() - regular.len());
+
+        let merges = merge_farthest(&mut list, case.config.max_tiles);
+        let (merged, merges_by_hand) = merged_by_hand(&case, regular);
+        prop_assert_eq!(&listed(&list), &merged, "merging");
+        prop_assert_eq!(merges, merges_by_hand);
+    }
+
+    #[test]
+    fn stages_work_on_lists_from_anywhere(
+        case in cases(),
+        picks in prop::collection::vec(any::<prop::sample::Index>(), 0..60),
+    ) {
+        let all: Vec<_> = all_tiles(&case.tree).collect();
+        let tiles: Vec<_> = picks.iter().map(|pick| *pick.get(&all)).collect();
+        let exaggeration = case.config.vertical_exaggeration;
+        let mut list = TileList::of_tiles(&case.tree, case.view.eye, exaggeration, &tiles);
+        let mut by_hand: List = tiles.into_iter().filter(|&t| case.tree.contains(t)).collect();
+        by_hand.insert(TileId::ROOT);
+        prop_assert_eq!(&listed(&list), &by_hand);
+
+        regularize(&mut list);
+        by_hand = regularized_by_hand(&case.tree, &by_hand);
+        prop_assert_eq!(&listed(&list), &by_hand, "regularisation");
+        prop_assert_eq!(regularize(&mut list), 0, "regularisation is idempotent");
+
+        merge_farthest(&mut list, case.config.max_tiles);
+        prop_assert_eq!(&listed(&list), &merged_by_hand(&case, by_hand).0, "merging");
+        prop_assert_eq!(regularize(&mut list), 0, "merging leaves a regular list");
+    }
+
+    #[test]
+    fn every_strategy_keeps_the_invariants(case in cases()) {
+        for (name, strategy) in STRATEGIES {
+            let selection = strategy(&case);
+            check_invariants(&case, &selection).map_err(|reason| {
+                TestCaseError::fail(format!("{name}: {reason}: {:?}", selection.tiles))
+            })?;
+            prop_assert_eq!(&strategy(&case), &selection, "{} is not deterministic", name);
+        }
+    }
+
+    #[test]
+    fn each_layer_gets_the_finest_tiles_it_has(case in cases()) {
+        let selection = select(&case.tree, case.region.as_ref(), &case.view, &case.config);
+        let by_hand = |layer: &LayerTree| {
+            let mut tiles: Vec<TileId> = Vec::new();
+            for tile in &selection.tiles {
+                let finest = (0..=tile.level).rev().map(|level| tile.ancestor_at(level));
+                let found = finest.into_iter().find(|&t| layer.present.iter().any(|p| p == t));
+                tiles.extend(found.filter(|tile| !tiles.contains(tile)));
+            }
+            tiles
+        };
+        prop_assert_eq!(selection.height_tiles(&case.tree), by_hand(&case.tree.heights));
+        let colours = case.tree.colours.as_ref().map(by_hand).unwrap_or_default();
+        prop_assert_eq!(selection.colour_tiles(&case.tree), colours);
+    }
+}
+
+/// What holds for every selection; the reason where it does not.
+fn check_invariants(case: &Case, selection: &Selection) -> Result<(), String> {
+    let Case { tree, region, config, .. } = case;
+    let set: List = selection.tiles.iter().copied().collect();
+    let require = |holds: bool, what: &str| if holds { Ok(()) } else { Err(what.to_owned()) };
+    require(set.len() == selection.tiles.len(), "a tile twice")?;
+    require(selection.tiles.first() == Some(&TileId::ROOT), "level 0 is not the first")?;
+    require(set.len() <= config.max_tiles.max(1), "more than MaxofTiles")?;
+    let exist = set.iter().all(|&tile| tile.level == 0 || tree.contains(tile));
+    require(exist, "a tile that does not exist")?;
+    require(regularized_by_hand(tree, &set) == set, "a parent beside its four children")?;
+    let priority = |tile: &TileId| (tile.level, distance_m(case, *tile));
+    let in_order = selection.tiles.windows(2).all(|pair| priority(&pair[0]) <= priority(&pair[1]));
+    require(in_order, "not in order of priority")?;
+    let finest = set.iter().map(|tile| tile.level).max();
+    require(finest == Some(selection.statistics.finest_level), "a wrong finest level")?;
+    let Some(region) = region else {
+        return require(set.len() == 1, "more than level 0 for an empty view");
+    };
+    let meets = |tile: &TileId| tree.scheme.tile_extent(*tile).touches(&region.extent);
+    require(set.iter().all(|tile| tile.level == 0 || meets(tile)), "a tile out of the region")?;
+    check_cover(case, selection, &region.extent, &set)
+}
+
+/// Within the region every point is drawn with the finest tile that subdivision gave it, or where
+/// tiles were merged with a coarser one.
+fn check_cover(
+    case: &Case,
+    selection: &Selection,
+    region: &Extent,
+    set: &List,
+) -> Result<(), String> {
+    let wanted = subdivided_by_hand(case);
+    let finest_at = |list: &List, leaf: TileId| {
+        (0..=leaf.level).rev().map(|level| leaf.ancestor_at(level)).find(|tile| list.contains(tile))
+    };
+    for number in 0..64 {
+        let part = dvec2(f64::from(number % 8) + 0.5, f64::from(number / 8) + 0.5) / 8.0;
+        let point = region.min + part * region.size_m();
+        let Some(leaf) = SCHEME.tile_at(case.tree.finest_level(), point) else { continue };
+        if is_empty_by_hand(&case.tree, leaf) {
+            continue;
+        }
+        let (drawn, wanted) = (finest_at(set, leaf), finest_at(&wanted, leaf));
+        let (Some(drawn), Some(wanted)) = (drawn, wanted) else {
+            return Err(format!("nothing covers {point}"));
+        };
+        if drawn.level > wanted.level || (selection.statistics.merges == 0 && drawn != wanted) {
+            return Err(format!("{point} is drawn with {drawn} instead of {wanted}"));
+        }
+    }
+    Ok(())
+}
+
+/// An eye 200 m over the middle of the root, and the region of all of it.
+fn low_over_the_middle(tree: TileTree, config: SelectionConfig) -> Case {
+    let root = SCHEME.root_extent();
+    let view = CameraView {
+        eye: root.centre().extend(2_600.0) + dvec3(11.0, 17.0, 0.0),
+        heading_deg: 0.0,
+        pitch_deg: -10.0,
+        fov_y_deg: 50.0,
+        viewport_px: [1280, 720],
+    };
+    let region = Some(VisibleRegion { extent: root, covered_pixels: 1 });
+    Case { tree, region, view, config }
+}
+
+#[test]
+fn detail_falls_with_distance_and_the_budget_goes_to_the_nearest() {
+    let case = low_over_the_middle(tree(1, 6, Some(6), 100), SelectionConfig::default());
+    let selection = STRATEGIES[0].1(&case);
+    assert!(selection.statistics.merges > 0 && selection.tiles.len() <= 36);
+    let level_at = |point: DVec2| {
+        let leaf = SCHEME.tile_at(5, point).unwrap();
+        selection.tiles.iter().filter(|tile| tile.covers(leaf)).map(|tile| tile.level).max()
+    };
+    let root = SCHEME.root_extent();
+    let levels: Vec<_> = [0.0, 0.2, 0.8]
+        .map(|part| level_at(case.view.eye.truncate().lerp(root.max - 1.0, part)))
+        .into_iter()
+        .flatten()
+        .collect();
+    assert!(levels[0] == 5 && levels[1] < 5 && levels[2] <= 2, "{levels:?}");
+}
+
+#[test]
+fn a_pyramid_of_the_deepest_level_is_descended_to_its_end() {
+    let deepest = crate::tiling::MAX_LEVEL;
+    let target = TileId::new(deepest, 7_654_321, 11_222_333);
+    let mut present: TileSet = (0..=deepest).map(|level| target.ancestor_at(level)).collect();
+    for level in 0..deepest {
+        for child in target.ancestor_at(level).children() {
+            present.insert(child);
+        }
+    }
+    let layout = LayerLayout { tile_size_texels: 128, gutter_texels: 4, level_count: deepest + 1 };
+    let heights = LayerTree { layout, present };
+    let mut case = low_over_the_middle(tree(1, 1, None, 100), SelectionConfig::default());
+    case.tree = TileTree { heights, height_ranges: height_ranges(1, 1), ..case.tree };
+    case.config.max_tiles = 1_000;
+    case.view.eye = SCHEME.tile_extent(target).centre().extend(1.0);
+    let selection = STRATEGIES[0].1(&case);
+    assert_eq!(selection.statistics.finest_level, deepest);
+    assert!(selection.tiles.contains(&target));
+    assert_eq!(check_priority(&case, &selection), Ok(()));
+}
+
+fn check_priority(case: &Case, selection: &Selection) -> Result<(), TileId> {
+    let key = |tile: TileId| (tile.level, distance_m(case, tile));
+    match selection.tiles.windows(2).find(|pair| key(pair[0]) > key(pair[1])) {
+        Some(pair) => Err(pair[1]),
+        None => Ok(()),
+    }
+}
+
+#[test]
+fn absurd_settings_end_within_bounds() {
+    for texel_px in [0.0, -1.0, f64::NAN, f64::INFINITY, 1.0e-300] {
+        let config = SelectionConfig { texel_px, ..SelectionConfig::default() };
+        let case = low_over_the_middle(tree(3, 7, Some(10), 100), config);
+        let selection = STRATEGIES[0].1(&case);
+        assert!(!selection.tiles.is_empty() && selection.tiles.len() <= 36, "{texel_px}");
+        assert!(selection.statistics.subdivided < (1 << 16) + 4, "{texel_px}");
+    }
+    let mut lost = low_over_the_middle(tree(3, 4, None, 100), SelectionConfig::default());
+    lost.view.eye.x = f64::NAN;
+    assert!(STRATEGIES[0].1(&lost).tiles.contains(&TileId::ROOT));
+}

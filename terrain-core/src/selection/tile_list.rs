@@ -1,0 +1,171 @@
+use glam::DVec3;
+
+use super::TileTree;
+use crate::tiling::TileId;
+
+/// The paper's list of chosen tiles, kept as the part of the quadtree it was chosen from.
+///
+/// Every tile on the list has all its ancestors in the arena, listed or not, so that the stages
+/// find parents, siblings and children by index instead of by search. Level 0 is always listed.
+#[derive(Clone, Debug)]
+pub struct TileList {
+    /// Ancestors stand before their descendants; the root is node 0.
+    nodes: Vec<Node>,
+    listed: usize,
+}
+
+/// One tile of the list's quadtree.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Node {
+    pub tile: TileId,
+    /// Distance in metres from the eye, as [`TileTree::distance_m`] has it.
+    pub distance_m: f64,
+    /// Index of the parent; the root's own for the root.
+    pub parent: u32,
+    /// The children in the order of [`TileId::children`].
+    pub children: [Child; 4],
+    pub is_listed: bool,
+}
+
+/// What a list knows of a tile's child.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Child {
+    /// Never considered: outside the region, or its parent was not split.
+    Unknown,
+    /// There is no data there in any layer, at any level: nothing is missing without it.
+    Empty,
+    /// The node at this index.
+    Node(u32),
+}
+
+impl TileList {
+    /// Index of the root's node.
+    pub(super) const ROOT: u32 = 0;
+
+    /// The list that holds level 0 alone.
+    pub fn new(tree: &TileTree, eye: DVec3, vertical_exaggeration: f64) -> Self {
+        let root = Node {
+            tile: TileId::ROOT,
+            distance_m: tree.distance_m(TileId::ROOT, eye, vertical_exaggeration),
+            parent: Self::ROOT,
+            children: [Child::Unknown; 4],
+            is_listed: true,
+        };
+        Self { nodes: vec![root], listed: 1 }
+    }
+
+    /// The list of level 0 and these tiles. Tiles that do not exist are left out.
+    pub fn of_tiles(
+        tree: &TileTree,
+        eye: DVec3,
+        vertical_exaggeration: f64,
+        tiles: &[TileId],
+    ) -> Self {
+        let mut list = Self::new(tree, eye, vertical_exaggeration);
+        for &tile in tiles.iter().filter(|&&tile| tree.contains(tile)) {
+            let mut node = Self::ROOT;
+            for level in 1..=tile.level {
+                node = list.child_node(tree, node, tile.ancestor_at(level), |ancestor| {
+                    tree.distance_m(ancestor, eye, vertical_exaggeration)
+                });
+            }
+            list.set_listed(node, true);
+        }
+        list
+    }
+
+    /// Number of tiles on the list, level 0 counted.
+    pub fn len(&self) -> usize {
+        self.listed
+    }
+
+    /// Never: level 0 is always on the list.
+    pub fn is_empty(&self) -> bool {
+        self.listed == 0
+    }
+
+    /// The tiles on the list; level 0 first, every tile after its ancestors.
+    pub fn tiles(&self) -> impl Iterator<Item = TileId> + '_ {
+        self.nodes.iter().filter(|node| node.is_listed).map(|node| node.tile)
+    }
+
+    /// The tiles on the list in order of priority: coarsest level first, within a level nearest
+    /// first, at equal distance by row and column.
+    pub fn by_priority(&self) -> Vec<TileId> {
+        let mut listed: Vec<_> =
+            self.nodes.iter().filter(|n| n.is_listed).map(|n| (n.distance_m, n.tile)).collect();
+        listed.sort_unstable_by(|(distance_a, a), (distance_b, b)| {
+            a.level.cmp(&b.level).then(distance_a.total_cmp(distance_b)).then(a.cmp(b))
+        });
+        listed.into_iter().map(|(_, tile)| tile).collect()
+    }
+
+    pub(super) fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    pub(super) fn node(&self, index: u32) -> &Node {
+        &self.nodes[index as usize]
+    }
+
+    pub(super) fn set_child(&mut self, parent: u32, quadrant: usize, child: Child) {
+        self.nodes[parent as usize].children[quadrant] = child;
+    }
+
+    /// Adds a node for a child of `parent`, not yet on the list.
+    pub(super) fn add_child(&mut self, parent: u32, tile: TileId, distance_m: f64) -> u32 {
+        let index = self.nodes.len() as u32;
+        self.nodes.push(Node {
+            tile,
+            distance_m,
+            parent,
+            children: [Child::Unknown; 4],
+            is_listed: false,
+        });
+        self.set_child(parent, tile.quadrant() as usize, Child::Node(index));
+        index
+    }
+
+    /// Puts a tile on the list or takes it off. The root stays whatever is asked.
+    pub(super) fn set_listed(&mut self, index: u32, is_listed: bool) {
+        let node = &mut self.nodes[index as usize];
+        if index == Self::ROOT || node.is_listed == is_listed {
+            return;
+        }
+        node.is_listed = is_listed;
+        self.listed = if is_listed { self.listed + 1 } else { self.listed - 1 };
+    }
+
+    /// Whether all four children are on the list, where those without any data count as listed but
+    /// do not make a tile redundant by themselves.
+    pub(super) fn is_covered_by_children(&self, index: u32) -> bool {
+        let children = self.node(index).children;
+        let is_listed = |child: Child| match child {
+            Child::Node(node) => self.node(node).is_listed,
+            Child::Empty => true,
+            Child::Unknown => false,
+        };
+        children.iter().all(|&child| is_listed(child))
+            && children.iter().any(|&child| matches!(child, Child::Node(_)))
+    }
+
+    /// The node of `tile`, a child of `parent`'s tile, added together with what is known of its
+    /// siblings where it is new.
+    fn child_node(
+        &mut self,
+        tree: &TileTree,
+        parent: u32,
+        tile: TileId,
+        distance_m: impl Fn(TileId) -> f64,
+    ) -> u32 {
+        if let Child::Node(node) = self.node(parent).children[tile.quadrant() as usize] {
+            return node;
+        }
+        for (quadrant, sibling) in self.node(parent).tile.children().into_iter().enumerate() {
+            if tree.is_empty_ground(sibling) {
+                self.set_child(parent, quadrant, Child::Empty);
+            }
+        }
+        self.add_child(parent, tile, distance_m(tile))
+    }
+}

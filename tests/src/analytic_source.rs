@@ -1,0 +1,183 @@
+use std::path::PathBuf;
+
+use glam::{DVec2, dvec2};
+use terrain_core::dataset::{
+    ColourEncoding, ColourFormat, ColourLayer, ColourTile, Crs, HeightEncoding, HeightLayer,
+    HeightRange, HeightRanges, HeightSamples, HeightTile, LoadError, Loaded, Manifest, TileSource,
+};
+use terrain_core::tiling::{Extent, LayerLayout, TileId, TileSet, TilingScheme};
+
+/// A surface given by formulas: the height in metres and the sRGB colour at a point.
+pub struct Surface {
+    /// Metres above the datum at x east, y north of the *root's centre*.
+    pub height_m: fn(DVec2) -> f64,
+    /// sRGB colour there.
+    pub colour: fn(DVec2) -> [u8; 3],
+}
+
+/// A source that computes its tiles from a [`Surface`] as they are asked for.
+///
+/// Tiles of every level sample the formula at their texels' centres, so bilinear interpolation of a
+/// tile is known without reading any file.
+pub struct AnalyticSource {
+    surface: Surface,
+    manifest: Manifest,
+    heights_present: TileSet,
+    colours_present: TileSet,
+}
+
+impl AnalyticSource {
+    /// A square of `root_size_m` around `centre`, with this many levels of heights and colours.
+    pub fn new(
+        surface: Surface,
+        centre: DVec2,
+        root_size_m: f64,
+        [height_levels, colour_levels]: [u8; 2],
+    ) -> Self {
+        let half = DVec2::splat(0.5 * root_size_m);
+        let scheme = TilingScheme { origin: centre + dvec2(-half.x, half.y), root_size_m };
+        let gutter_texels = LayerLayout::GUTTER_TEXELS;
+        let layout = |tile_size_texels, level_count| LayerLayout {
+            tile_size_texels,
+            gutter_texels,
+            level_count,
+        };
+        let heights = layout(128, height_levels);
+        let range = surface.range_over(root_size_m);
+        let manifest = Manifest {
+            version: Manifest::VERSION,
+            crs: Crs { epsg: None, name: "analytic".to_owned() },
+            scheme,
+            data_extent: Extent::new(centre - half, centre + half),
+            heights: HeightLayer {
+                layout: heights,
+                encoding: HeightEncoding::Float,
+                step_m: 1.0,
+                range,
+                ranges: HeightRanges { levels: vec![vec![Some(range)]] },
+            },
+            colours: Some(ColourLayer {
+                layout: layout(384, colour_levels),
+                encoding: ColourEncoding::Rgba8,
+                format: ColourFormat::Rgba8,
+            }),
+            sources: Vec::new(),
+            notes: Vec::new(),
+        };
+        Self {
+            surface,
+            manifest,
+            heights_present: all_tiles(height_levels),
+            colours_present: all_tiles(colour_levels),
+        }
+    }
+
+    /// The true height at a world point.
+    pub fn height_m(&self, point: DVec2) -> f64 {
+        (self.surface.height_m)(point - self.centre())
+    }
+
+    fn centre(&self) -> DVec2 {
+        self.manifest.scheme.root_extent().centre()
+    }
+
+    /// Texel centres of a stored tile relative to the root's centre, row by row.
+    fn texel_centres(&self, layout: LayerLayout, tile: TileId) -> impl Iterator<Item = DVec2> {
+        let scheme = self.manifest.scheme;
+        let texel_m = layout.texel_size_m(&scheme, tile.level);
+        let size = layout.stored_size_texels();
+        // Computed relative to the centre, so that the same surface far from the origin of the CRS
+        // has bit for bit the same samples.
+        let half_m = 0.5 * scheme.root_size_m;
+        let tile_m = scheme.tile_size_m(tile.level);
+        let gutter_m = f64::from(layout.gutter_texels) * texel_m;
+        let west = f64::from(tile.column) * tile_m - half_m - gutter_m;
+        let north = half_m - f64::from(tile.row) * tile_m + gutter_m;
+        (0..size * size).map(move |index| {
+            let (row, column) = (f64::from(index / size), f64::from(index % size));
+            dvec2(west + (column + 0.5) * texel_m, north - (row + 0.5) * texel_m)
+        })
+    }
+
+    fn absent(&self, tile: TileId) -> LoadError {
+        LoadError::Absent { path: PathBuf::from("analytic"), tile }
+    }
+}
+
+impl Surface {
+    fn range_over(&self, size_m: f64) -> HeightRange {
+        let steps = 256;
+        let at = |i: i32| (f64::from(i) / f64::from(steps) - 0.5) * 1.1 * size_m;
+        let mut range = HeightRange { min_m: f32::INFINITY, max_m: f32::NEG_INFINITY };
+        for (row, column) in (0..=steps).flat_map(|row| (0..=steps).map(move |c| (row, c))) {
+            let height_m = (self.height_m)(dvec2(at(column), at(row))) as f32;
+            range.min_m = range.min_m.min(height_m);
+            range.max_m = range.max_m.max(height_m);
+        }
+        range
+    }
+}
+
+fn all_tiles(levels: u8) -> TileSet {
+    (0..levels)
+        .flat_map(|level| {
+            let side = 1u32 << level;
+            (0..side).flat_map(move |row| (0..side).map(move |c| TileId::new(level, row, c)))
+        })
+        .collect()
+}
+
+impl TileSource for AnalyticSource {
+    fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    fn heights_present(&self) -> &TileSet {
+        &self.heights_present
+    }
+
+    fn colours_present(&self) -> &TileSet {
+        &self.colours_present
+    }
+
+    fn load_heights(&self, tile: TileId) -> Result<Loaded<HeightTile>, LoadError> {
+        if !self.heights_present.contains(tile) {
+            return Err(self.absent(tile));
+        }
+        let layout = self.manifest.heights.layout;
+        let heights_m = self
+            .texel_centres(layout, tile)
+            .map(|point| (self.surface.height_m)(point) as f32)
+            .collect::<Vec<_>>();
+        Ok(Loaded {
+            tile: HeightTile {
+                id: tile,
+                stored_size_texels: layout.stored_size_texels(),
+                range: Some(self.manifest.heights.range),
+                samples: HeightSamples::Metres(heights_m),
+            },
+            disk_bytes: 0,
+        })
+    }
+
+    fn load_colours(&self, tile: TileId) -> Result<Loaded<ColourTile>, LoadError> {
+        let layer = self.manifest.colours.as_ref().filter(|_| self.colours_present.contains(tile));
+        let layout = layer.ok_or_else(|| self.absent(tile))?.layout;
+        let data = self
+            .texel_centres(layout, tile)
+            .flat_map(|point| {
+                let [red, green, blue] = (self.surface.colour)(point);
+                [red, green, blue, 255]
+            })
+            .collect();
+        Ok(Loaded {
+            tile: ColourTile {
+                id: tile,
+                stored_size_texels: layout.stored_size_texels(),
+                format: ColourFormat::Rgba8,
+                data,
+            },
+            disk_bytes: 0,
+        })
+    }
+}

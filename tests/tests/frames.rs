@@ -1,0 +1,245 @@
+//! What frames promise: nothing needless is done, nothing is ever missing from the picture, and the
+//! picture does not depend on where on Earth the data lies.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a step that fails fails the test")]
+#![allow(clippy::print_stdout, reason = "measured values are to be seen")]
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use glam::{DVec2, dvec2};
+use terrain_core::dataset::{ColourTile, HeightTile, LoadError, Loaded, Manifest, TileSource};
+use terrain_core::gpu::{GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
+use terrain_core::tiling::{TileId, TileSet};
+use terrain_core::{CameraView, LookupMethod, RendererSettings, TerrainRenderer};
+use terrain_tests::{AnalyticSource, Picture, Surface, gpu};
+
+const SIZE_PX: [u32; 2] = [320, 180];
+
+fn hills() -> Surface {
+    Surface {
+        height_m: |p| {
+            900.0 * (p.x / 4000.0).sin() * (p.y / 5000.0).cos() + 200.0 * (p.x / 900.0).sin()
+        },
+        colour: |p| {
+            let odd = ((p.x / 700.0).floor() + (p.y / 700.0).floor()) as i64 & 1;
+            if odd == 0 { [110, 130, 80] } else { [170, 150, 110] }
+        },
+    }
+}
+
+fn source_at(centre: DVec2) -> AnalyticSource {
+    AnalyticSource::new(hills(), centre, 65_536.0, [6, 6])
+}
+
+fn view_at(centre: DVec2) -> CameraView {
+    CameraView {
+        eye: (centre + dvec2(-3_000.0, -12_000.0)).extend(2_500.0),
+        heading_deg: 20.0,
+        pitch_deg: -18.0,
+        fov_y_deg: 50.0,
+        viewport_px: SIZE_PX,
+    }
+}
+
+struct Bench {
+    gpu: Arc<GpuContext>,
+    renderer: TerrainRenderer,
+    target: OffscreenTarget,
+}
+
+impl Bench {
+    fn new(source: Arc<dyn TileSource>, settings: RendererSettings) -> Option<Self> {
+        let gpu = gpu()?;
+        let renderer = TerrainRenderer::new(Arc::clone(&gpu), source, settings).unwrap();
+        let target = OffscreenTarget::new(&gpu, SIZE_PX);
+        Some(Self { gpu, renderer, target })
+    }
+
+    fn settled(&mut self, view: &CameraView) -> Picture {
+        let target = self.target.view();
+        self.renderer.render_settled(view, target, OFFSCREEN_FORMAT).unwrap();
+        Picture::read(&self.gpu, &self.target).unwrap()
+    }
+}
+
+#[test]
+fn a_still_camera_costs_nothing_but_its_picture() {
+    let source = Arc::new(source_at(DVec2::ZERO));
+    let Some(mut bench) = Bench::new(source, RendererSettings::default()) else { return };
+    let view = view_at(DVec2::ZERO);
+    let first = bench.settled(&view);
+    assert!(!bench.renderer.needs_frame(&view), "a window need not draw again");
+    for _ in 0..3 {
+        let record = bench.renderer.render(&view, bench.target.view(), OFFSCREEN_FORMAT).unwrap();
+        assert_eq!(record.upload_bytes, 0, "{record:?}");
+        assert_eq!((record.readback_bytes, record.disk_bytes), (0, 0), "{record:?}");
+        assert_eq!((record.tiles_new, record.tiles_missing), (0, 0), "{record:?}");
+        assert!(!record.coordinate_pass_drawn && record.select_ms == 0.0, "{record:?}");
+    }
+    assert!(Picture::read(&bench.gpu, &bench.target).unwrap() == first, "the picture changed");
+    let turned = CameraView { heading_deg: view.heading_deg + 0.1, ..view };
+    assert!(bench.renderer.needs_frame(&turned));
+}
+
+#[test]
+fn the_same_data_ten_thousand_kilometres_away_gives_the_same_picture() {
+    let far = dvec2(10_000_000.0, -10_000_000.0);
+    let pictures = [DVec2::ZERO, far].map(|centre| {
+        let source = Arc::new(source_at(centre));
+        let mut bench = Bench::new(source, RendererSettings::default())?;
+        Some(bench.settled(&view_at(centre)))
+    });
+    let [Some(near), Some(far)] = pictures else { return };
+    assert!(near == far, "the pictures differ");
+}
+
+#[test]
+fn both_lookups_draw_the_same_picture() {
+    let pictures = [LookupMethod::Descend, LookupMethod::Linear].map(|lookup| {
+        let source = Arc::new(source_at(DVec2::ZERO));
+        let mut bench = Bench::new(source, RendererSettings { lookup, ..Default::default() })?;
+        Some(bench.settled(&view_at(DVec2::ZERO)))
+    });
+    let [Some(descend), Some(linear)] = pictures else { return };
+    assert!(descend == linear, "the pictures differ");
+}
+
+/// A source whose finer tiles come late, or never.
+struct Reluctant {
+    inner: AnalyticSource,
+    refuses: bool,
+    released: AtomicBool,
+}
+
+impl Reluctant {
+    fn hold(&self, tile: TileId) -> Result<(), LoadError> {
+        if tile == TileId::ROOT {
+            return Ok(());
+        }
+        if self.refuses {
+            let reason = "the disk has failed".to_owned();
+            return Err(LoadError::Unreadable { path: "reluctant".into(), tile, reason });
+        }
+        while !self.released.load(Ordering::Acquire) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        Ok(())
+    }
+}
+
+impl TileSource for Reluctant {
+    fn manifest(&self) -> &Manifest {
+        self.inner.manifest()
+    }
+
+    fn heights_present(&self) -> &TileSet {
+        self.inner.heights_present()
+    }
+
+    fn colours_present(&self) -> &TileSet {
+        self.inner.colours_present()
+    }
+
+    fn load_heights(&self, tile: TileId) -> Result<Loaded<HeightTile>, LoadError> {
+        self.hold(tile)?;
+        self.inner.load_heights(tile)
+    }
+
+    fn load_colours(&self, tile: TileId) -> Result<Loaded<ColourTile>, LoadError> {
+        self.hold(tile)?;
+        self.inner.load_colours(tile)
+    }
+}
+
+fn reluctant(refuses: bool) -> Arc<Reluctant> {
+    let inner = source_at(DVec2::ZERO);
+    Arc::new(Reluctant { inner, refuses, released: AtomicBool::new(false) })
+}
+
+/// Straight down, the whole picture is ground: a pixel that is not is a hole.
+fn down() -> CameraView {
+    CameraView { pitch_deg: -90.0, eye: dvec2(0.0, 0.0).extend(6_000.0), ..view_at(DVec2::ZERO) }
+}
+
+fn holes(picture: &Picture) -> usize {
+    // Ground is greener or redder than blue here; what lies behind it is blue.
+    let is_hole = |pixel: &[u8]| pixel[2] > pixel[0] && pixel[2] > pixel[1];
+    picture.rgba.chunks_exact(4).filter(|pixel| is_hole(pixel)).count()
+}
+
+#[test]
+fn while_tiles_are_late_the_coarser_ones_show_and_no_frame_waits_for_them() {
+    let source = reluctant(false);
+    let Some(mut bench) = Bench::new(source.clone(), RendererSettings::default()) else { return };
+    let view = down();
+    let mut last_missing = 0;
+    for _ in 0..12 {
+        let record = bench.renderer.render(&view, bench.target.view(), OFFSCREEN_FORMAT).unwrap();
+        let picture = Picture::read(&bench.gpu, &bench.target).unwrap();
+        assert_eq!(holes(&picture), 0, "frame {}", record.frame);
+        last_missing = record.tiles_missing;
+    }
+    assert!(last_missing > 0, "nothing was late");
+    assert!(bench.renderer.needs_frame(&view), "the late tiles are waited for");
+    source.released.store(true, Ordering::Release);
+    let settled = bench.settled(&view);
+    assert_eq!(holes(&settled), 0);
+    assert!(!bench.renderer.needs_frame(&view));
+}
+
+#[test]
+fn tiles_that_cannot_be_loaded_are_reported_and_leave_no_hole() {
+    let source = reluctant(true);
+    let Some(mut bench) = Bench::new(source, RendererSettings::default()) else { return };
+    let view = down();
+    let picture = bench.settled(&view);
+    assert_eq!(holes(&picture), 0);
+    let failures = bench.renderer.take_failures();
+    assert!(failures.iter().any(|failure| failure.contains("the disk has failed")), "{failures:?}");
+    assert!(!bench.renderer.needs_frame(&view), "what failed is not asked for for ever");
+}
+
+#[test]
+fn a_view_of_the_sky_is_a_state() {
+    let source = Arc::new(source_at(DVec2::ZERO));
+    let Some(mut bench) = Bench::new(source, RendererSettings::default()) else { return };
+    let up = CameraView { pitch_deg: 80.0, ..view_at(DVec2::ZERO) };
+    bench.settled(&up);
+    assert_eq!(bench.renderer.selection().tiles, [TileId::ROOT]);
+    assert!(!bench.renderer.needs_frame(&up));
+}
+
+#[test]
+fn the_smallest_cache_still_draws() {
+    let settings = RendererSettings {
+        cache_columns: 1,
+        cache_rows: 1,
+        max_tiles: 1,
+        upload_budget_bytes: 0,
+        ..Default::default()
+    };
+    let source = Arc::new(source_at(DVec2::ZERO));
+    let Some(mut bench) = Bench::new(source, settings) else { return };
+    let picture = bench.settled(&down());
+    assert_eq!(holes(&picture), 0);
+    assert_eq!(bench.renderer.selection().tiles.len(), 1);
+}
+
+#[test]
+fn the_budget_bounds_the_bytes_of_a_frame() {
+    let budget = 700_000;
+    let settings = RendererSettings { upload_budget_bytes: budget, ..Default::default() };
+    let source = Arc::new(source_at(DVec2::ZERO));
+    let Some(mut bench) = Bench::new(source, settings) else { return };
+    let colour_tile = 392 * 392 * 4;
+    for _ in 0..40 {
+        let record = bench.renderer.render(&down(), bench.target.view(), OFFSCREEN_FORMAT).unwrap();
+        // Heights come first; one tile of a layer goes through whatever is left.
+        let most = budget + colour_tile;
+        let tiles = record.upload_dem_bytes + record.upload_dom_bytes;
+        assert!(tiles <= most, "{tiles} bytes in frame {}", record.frame);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
