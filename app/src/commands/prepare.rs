@@ -34,7 +34,7 @@ pub struct PrepareArgs {
     #[arg(long, value_name = "DATASET")]
     out: PathBuf,
 
-    /// CRS of the dataset, in metres; also that of files that do not say theirs [default: the
+    /// CRS of the dataset, in metres; also that of heights that do not say theirs [default: the
     /// heights' own, or the UTM zone they lie in]
     #[arg(long, value_name = "EPSG:n", value_parser = parse_epsg)]
     crs: Option<u32>,
@@ -43,7 +43,7 @@ pub struct PrepareArgs {
     #[arg(long, value_name = "W,S,E,N", value_parser = parse_bounds, allow_hyphen_values = true)]
     dom_extent: Option<Bounds>,
 
-    /// CRS of pictures that do not say theirs
+    /// CRS of pictures that do not say theirs [default: the heights']
     #[arg(long, value_name = "EPSG:n", value_parser = parse_epsg)]
     dom_crs: Option<u32>,
 

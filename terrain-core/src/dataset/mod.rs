@@ -10,12 +10,14 @@ mod block_decode;
 pub mod codec;
 mod dataset_folder;
 mod height_lookup;
+mod inspection;
 mod manifest;
 mod tile_payload;
 mod tile_source;
 
 pub use archive_writer::{ArchiveWriteError, ArchiveWriter};
 pub use dataset_folder::{COLOURS_FILE, Dataset, HEIGHTS_FILE, MANIFEST_FILE, OpenError};
+pub use inspection::{Inspection, LevelInspection};
 pub use manifest::{
     ColourEncoding, ColourLayer, Crs, HeightEncoding, HeightLayer, HeightRanges, Manifest,
 };

@@ -42,7 +42,7 @@ pub fn place_colours(
     let mut placed = Vec::new();
     for path in &request.colours {
         let source = open_raster(path)?;
-        let stated = request.colour_epsg.or(request.epsg);
+        let stated = request.colour_epsg;
         let (grid, crs) = match (source.info().grid, request.colour_bounds) {
             (Some(grid), _) if source.info().epsg.is_none() && stated.is_none() => {
                 notes.push(format!(

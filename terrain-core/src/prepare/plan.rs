@@ -35,6 +35,9 @@ pub struct LayerPlan {
     pub level_count: u8,
 }
 
+/// Most columns or rows of a layer: beyond this a CRS is mistaken for another.
+const MOST_CELLS: f64 = 1.0e6;
+
 /// The finest colour texel may be this much larger than a source pixel, so that a picture that all
 /// but fits a level does not take four times the space for nothing.
 const TEXEL_PER_PIXEL: f64 = 1.1;
@@ -172,7 +175,6 @@ fn new_grid(rasters: &[PlacedRaster], crs: &CoordinateSystem) -> Result<LayerGri
         (extent.max.y / texel_m).ceil() * texel_m,
     );
     let cells = (dvec2(extent.max.x - origin.x, origin.y - extent.min.y) / texel_m).ceil();
-    const MOST_CELLS: f64 = 4.0e6;
     if !(cells.is_finite() && cells.min_element() >= 1.0 && cells.max_element() <= MOST_CELLS) {
         let path = rasters[0].source.path().to_owned();
         let reason = format!("{} x {} cells of {texel_m} m; is --crs right?", cells.x, cells.y);
@@ -272,6 +274,13 @@ fn colour_plan(
         }
     }
     let size = (extent.size_m() / texel_m(level) - 1e-6).ceil();
+    if size.max_element() > MOST_CELLS {
+        let path = rasters[0].source.path().to_owned();
+        let reason = format!(
+            "pixels of {pixel_m} m are too small for the heights' extent; is its CRS right (--dom-crs)?"
+        );
+        return Err(PrepareError::Misplaced { path, reason });
+    }
     let grid = LayerGrid {
         origin: scheme.origin,
         texel_m: texel_m(level),

@@ -13,12 +13,12 @@ pub struct PrepareRequest {
     /// Folder the dataset is written to. A dataset that is there already is replaced; anything else
     /// is not.
     pub out: PathBuf,
-    /// EPSG code of the dataset's CRS, also taken for that of rasters that do not say theirs.
+    /// EPSG code of the dataset's CRS, also taken for that of height rasters that do not say theirs.
     pub epsg: Option<u32>,
     /// Where pictures without a georeference lie: west, south, east, north, in the units of
     /// `colour_epsg`.
     pub colour_bounds: Option<[f64; 4]>,
-    /// EPSG code of pictures that do not say theirs.
+    /// EPSG code of pictures that do not say theirs; `None` takes the heights'.
     pub colour_epsg: Option<u32>,
     /// Texels along a height tile; a multiple of 8.
     pub height_tile_texels: u32,

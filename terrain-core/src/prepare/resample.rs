@@ -200,11 +200,11 @@ impl Resampler {
             return Ok(());
         }
         let taps = TapWindow::new(read(input, window)?, window);
-        let spread = nodes.cells_a_texel().ceil().clamp(1.0, 16.0) as usize;
+        let cells_a_texel = nodes.cells_a_texel();
         for row in 0..block.height {
             for column in 0..block.width {
                 let Some(position) = nodes.position(column, row) else { continue };
-                let value = sample(&taps, position, nodes.cells_a_texel(), spread);
+                let value = sample(&taps, position, cells_a_texel);
                 if let Some(value) = finish(value) {
                     put(row * block.width + column, value);
                 }

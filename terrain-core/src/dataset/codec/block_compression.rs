@@ -1,6 +1,7 @@
+use block_compression::CompressionVariant;
 use block_compression::encode::compress_rgba8;
-use block_compression::{BC7Settings, CompressionVariant};
 
+use super::bc7;
 use crate::dataset::ColourFormat;
 
 /// Texels with less coverage than this are clear in BC1, which has one bit for it.
@@ -8,17 +9,17 @@ const BC1_COVERED: u8 = 128;
 
 /// Compresses a square of RGBA8 texels (a multiple of 4 a side) to the format.
 pub fn blocks_of_rgba(rgba: &[u8], size_texels: u32, format: ColourFormat) -> Vec<u8> {
-    let variant = match format {
-        ColourFormat::Rgba8 => return rgba.to_vec(),
-        ColourFormat::Bc1 => CompressionVariant::BC1,
-        ColourFormat::Bc7 => CompressionVariant::BC7(BC7Settings::alpha_ultrafast()),
-    };
-    let mut blocks = vec![0; format.byte_len(size_texels) as usize];
-    compress_rgba8(variant, rgba, &mut blocks, size_texels, size_texels, 4 * size_texels);
-    if format == ColourFormat::Bc1 {
-        clear_uncovered(rgba, size_texels as usize, &mut blocks);
+    match format {
+        ColourFormat::Rgba8 => rgba.to_vec(),
+        ColourFormat::Bc7 => bc7::compress(rgba, size_texels),
+        ColourFormat::Bc1 => {
+            let mut blocks = vec![0; format.byte_len(size_texels) as usize];
+            let (variant, stride) = (CompressionVariant::BC1, 4 * size_texels);
+            compress_rgba8(variant, rgba, &mut blocks, size_texels, size_texels, stride);
+            clear_uncovered(rgba, size_texels as usize, &mut blocks);
+            blocks
+        }
     }
-    blocks
 }
 
 /// Encodes anew, with a clear texel among their four choices, the BC1 blocks that need one.

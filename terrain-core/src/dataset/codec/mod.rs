@@ -3,6 +3,7 @@
 //! Every stored tile is a [`PayloadHeader`] and a body. The header names the form of the body and
 //! holds a checksum over all the rest, so that a damaged tile is found before it is drawn.
 
+mod bc7;
 mod block_compression;
 mod colours;
 mod heights;

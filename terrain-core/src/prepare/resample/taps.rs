@@ -17,10 +17,12 @@ impl<const N: usize> TapWindow<N> {
 
     /// The cell, or nothing beyond the window.
     fn cell(&self, column: i64, row: i64) -> [f32; N] {
-        let (x, y) = (column - self.window.column, row - self.window.row);
-        let inside = x >= 0 && y >= 0 && x < self.window.width as i64;
-        let index = y as usize * self.window.width + x as usize;
-        if inside { self.cells.get(index).copied().unwrap_or([0.0; N]) } else { [0.0; N] }
+        let x = usize::try_from(column - self.window.column).unwrap_or(usize::MAX);
+        let y = usize::try_from(row - self.window.row).unwrap_or(usize::MAX);
+        if x >= self.window.width || y >= self.window.height {
+            return [0.0; N];
+        }
+        self.cells[y * self.window.width + x]
     }
 
     /// Sixteen cells around a corner, or `None` at the window's edge.
@@ -42,16 +44,17 @@ impl<const N: usize> TapWindow<N> {
 /// A texel that spans up to 1.5 cells is interpolated: with the cubic of E. Catmull and R. Rom, "A
 /// Class of Local Interpolating Splines" (1974), held within the cells it is drawn from, where all
 /// sixteen are whole; bilinearly with weights elsewhere. One that spans more is the average of
-/// `spread` by `spread` such samples.
+/// such samples, as many as it spans cells.
 pub fn sample<const N: usize>(
     taps: &TapWindow<N>,
     position: DVec2,
     cells_a_texel: f64,
-    spread: usize,
 ) -> [f32; N] {
     if cells_a_texel <= 1.5 {
         return interpolate(taps, position);
     }
+    const MOST_SAMPLES: f64 = 16.0;
+    let spread = cells_a_texel.ceil().min(MOST_SAMPLES) as usize;
     let mut sum = [0.0; N];
     for step in 0..spread * spread {
         let place = DVec2::new((step % spread) as f64, (step / spread) as f64);
@@ -141,19 +144,19 @@ mod tests {
             (column != 4 || row != 7).then(|| plane(column as f64 + 0.5, row as f64 + 0.5))
         });
         for position in [DVec2::new(0.5, 5.5), DVec2::new(1.3, 6.9), DVec2::new(0.0, 4.25)] {
-            let [height, weight] = sample(&taps, position, 1.0, 1);
+            let [height, weight] = sample(&taps, position, 1.0);
             assert!((height / weight - plane(position.x, position.y)).abs() < 1e-4);
             assert!((weight - 1.0).abs() < 1e-5);
         }
         // Beside the gap the weight tells how much is known.
-        let [_, weight] = sample(&taps, DVec2::new(4.4, 7.5), 1.0, 1);
+        let [_, weight] = sample(&taps, DVec2::new(4.4, 7.5), 1.0);
         assert!((weight - 0.1).abs() < 1e-6);
     }
 
     #[test]
     fn shrinking_averages_instead_of_picking() {
         let taps = window(|column, _| Some(if column % 2 == 0 { 0.0 } else { 100.0 }));
-        let [height, weight] = sample(&taps, DVec2::new(2.0, 6.0), 4.0, 4);
+        let [height, weight] = sample(&taps, DVec2::new(2.0, 6.0), 4.0);
         assert!((height / weight - 50.0).abs() < 1.0, "{height} {weight}");
     }
 }

@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use image::{DynamicImage, ImageReader};
+use image::{ColorType, DynamicImage, ImageDecoder, ImageReader};
 
 use super::world_file::grid_beside;
 use super::{RasterContent, RasterInfo, RasterSource, SourceError, Window};
@@ -19,9 +19,14 @@ pub struct PictureSource {
 impl PictureSource {
     /// Reads the size of the picture and its world file.
     pub fn open(path: &Path) -> Result<Self, SourceError> {
-        let (width, height) = reader(path)?
-            .into_dimensions()
+        let decoder = reader(path)?
+            .into_decoder()
             .map_err(|error| SourceError::damaged(path, error.to_string()))?;
+        let (width, height) = decoder.dimensions();
+        let content = match decoder.color_type() {
+            ColorType::L8 | ColorType::L16 => RasterContent::SingleBand,
+            _ => RasterContent::Picture,
+        };
         if width == 0 || height == 0 {
             return Err(SourceError::not_a_raster(path, format!("{width} x {height} pixels")));
         }
@@ -36,7 +41,7 @@ impl PictureSource {
             grid: grid_beside(path)?,
             size: [width, height],
             epsg: None,
-            content: RasterContent::Picture,
+            content,
             height_step_m: 1.0,
             notes: Vec::new(),
         };
