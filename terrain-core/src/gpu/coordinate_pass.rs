@@ -9,7 +9,7 @@ use crate::surface::CircularMesh;
 pub(crate) struct CoordinatePass {
     pipeline: wgpu::RenderPipeline,
     pub target: wgpu::Texture,
-    target_view: wgpu::TextureView,
+    pub target_view: wgpu::TextureView,
     depth_view: wgpu::TextureView,
 }
 
