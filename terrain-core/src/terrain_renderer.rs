@@ -15,9 +15,9 @@ use crate::CameraView;
 use crate::dataset::{ColourTile, HeightTile, LoadError, TileSource};
 use crate::frame_setup::{frame_uniforms, mesh_scale_m, reach_m};
 use crate::gpu::{
-    CoordinateFeedback, CoordinatePass, DEPTH_FORMAT, DisplacePass, DisplacedMesh, FrameBindings,
-    FrameTimer, GpuContext, GpuError, SkyPass, TerrainCache, TerrainPass, TerrainPassSettings,
-    depth_attachment, read_texture,
+    CoordinateFeedback, CoordinatePass, DEPTH_FORMAT, DebugImage, DebugImagePass, DebugImageSource,
+    DisplacePass, DisplacedMesh, FrameBindings, FrameTimer, GpuContext, GpuError, SkyPass,
+    TerrainCache, TerrainPass, TerrainPassSettings, depth_attachment, read_texture,
 };
 use crate::layer_loading::{LayerStreams, colour_format, load_colours, open_streams};
 use crate::measure::{ByteCause, FrameLedger, FrameRecord};
@@ -72,6 +72,7 @@ pub struct TerrainRenderer {
     coordinate_mesh: Option<DisplacedMesh>,
     picture: Option<PicturePasses>,
     depth: Option<DepthBuffer>,
+    debug_images: Option<DebugImagePass>,
 
     ledger: FrameLedger,
     frame: u64,
@@ -166,6 +167,7 @@ impl TerrainRenderer {
             coordinate_mesh: None,
             picture: None,
             depth: None,
+            debug_images: None,
             ledger: FrameLedger::default(),
             frame: 0,
             region: None,
@@ -299,6 +301,35 @@ impl TerrainRenderer {
             point.to_array()
         };
         Ok(bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(&bytes).into_iter().map(world).collect())
+    }
+
+    /// Draws one of the renderer's own textures into `target`, which has
+    /// [`DEBUG_IMAGE_FORMAT`](crate::gpu::DEBUG_IMAGE_FORMAT) and this size, for people to look at.
+    /// No part of a frame: nothing is counted.
+    pub fn draw_debug_image(
+        &mut self,
+        image: DebugImage,
+        target: &wgpu::TextureView,
+        size_px: [u32; 2],
+    ) {
+        let pass = match self.debug_images.take() {
+            Some(pass) => pass,
+            None => DebugImagePass::new(&self.gpu.device),
+        };
+        let heights = self.cache.heights.height_mip(0);
+        let colours = self.cache.colours.mip(0);
+        let range = self.source.manifest().heights.range;
+        let eye_up_m = self.drawn.map_or(1.0, |scene| self.clearance_m(&scene.view)) as f32;
+        let (texture, range_m) = match image {
+            DebugImage::Coordinates => (&self.feedback.pass.target_view, [0.0, eye_up_m]),
+            DebugImage::HeightCache => (&heights, [range.min_m, range.max_m]),
+            DebugImage::ColourCache => (&colours, [0.0, 1.0]),
+        };
+        let source = DebugImageSource { image, texture, range_m };
+        let mut encoder = self.encoder();
+        pass.record(&self.gpu.device, &mut encoder, &source, (target, size_px));
+        self.gpu.queue.submit([encoder.finish()]);
+        self.debug_images = Some(pass);
     }
 
     /// Draws frames without a picture until nothing is missing.
@@ -550,6 +581,10 @@ impl TerrainRenderer {
             target: format,
             linear_lookup: scene.settings.lookup == LookupMethod::Linear,
             wireframe: scene.settings.wireframe,
+            has_colours: self.colours.is_some(),
+            has_voids: self.source.manifest().heights.has_voids,
+            anisotropy: scene.settings.anisotropy,
+            debug_view: scene.settings.debug_view,
         };
         let size_px = scene.view.viewport_px;
         let passes = match self.picture.take() {

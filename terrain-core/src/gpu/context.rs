@@ -31,6 +31,18 @@ impl FromStr for AdapterChoice {
     }
 }
 
+impl std::fmt::Display for AdapterChoice {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Best => "best",
+            Self::Vulkan => "vulkan",
+            Self::Gl => "gl",
+            Self::Cpu => "cpu",
+            Self::Named(name) => name,
+        })
+    }
+}
+
 impl AdapterChoice {
     fn backends(&self) -> wgpu::Backends {
         match self {
@@ -40,7 +52,7 @@ impl AdapterChoice {
         }
     }
 
-    fn accepts(&self, info: &wgpu::AdapterInfo) -> bool {
+    pub(super) fn accepts(&self, info: &wgpu::AdapterInfo) -> bool {
         match self {
             Self::Best => true,
             Self::Vulkan => info.backend == wgpu::Backend::Vulkan,
@@ -151,9 +163,24 @@ impl GpuContext {
         Ok(Self { instance, adapter, device, queue, failure })
     }
 
+    /// Whether the adapter is a program on the CPU, such as Mesa's lavapipe.
+    pub fn is_software(&self) -> bool {
+        self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+    }
+
     /// Whether the device reads block-compressed textures.
     pub fn has_block_compression(&self) -> bool {
         self.device.features().contains(wgpu::Features::TEXTURE_COMPRESSION_BC)
+    }
+
+    /// Waits until the device has done all it was given.
+    ///
+    /// # Errors
+    /// [`GpuError::Lost`] where the device fails meanwhile.
+    pub fn wait(&self) -> Result<(), GpuError> {
+        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.check()?;
+        waited.map(drop).map_err(|error| GpuError::Lost(error.to_string()))
     }
 
     /// The error the device has reported since the last call, if any.
@@ -179,13 +206,13 @@ fn choose_adapter(
     });
     adapters.sort_by_key(|adapter| preference(&adapter.get_info()));
     adapters.into_iter().next().ok_or_else(|| GpuError::NoAdapter {
-        choice: format!("{choice:?}").to_lowercase(),
+        choice: choice.to_string(),
         found: if found.is_empty() { "none".to_owned() } else { found.join(", ") },
     })
 }
 
 /// Order of adapters, the best first: hardware before software, OpenGL last of a kind.
-fn preference(info: &wgpu::AdapterInfo) -> (u32, u32) {
+pub(super) fn preference(info: &wgpu::AdapterInfo) -> (u32, u32) {
     let kind = match info.device_type {
         wgpu::DeviceType::DiscreteGpu => 0,
         wgpu::DeviceType::IntegratedGpu => 1,

@@ -9,7 +9,7 @@ use crate::surface::CircularMesh;
 pub(crate) struct CoordinatePass {
     pipeline: wgpu::RenderPipeline,
     pub target: wgpu::Texture,
-    target_view: wgpu::TextureView,
+    pub target_view: wgpu::TextureView,
     depth_view: wgpu::TextureView,
 }
 
@@ -30,7 +30,7 @@ impl CoordinatePass {
         let entries = ("coordinate_vertex", "coordinate_fragment");
         let mode = wgpu::PolygonMode::Fill;
         let pipeline =
-            surface_pipeline(device, bindings, &COORDINATES, entries, (format, false, mode));
+            surface_pipeline(device, bindings, &COORDINATES, entries, (format, &[], mode));
         let texture = |label, format, usage| {
             device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),

@@ -2,11 +2,13 @@
 //! code; what is here executes plans. wgpu types do not leave this module, `terrain_renderer.rs` and
 //! the application's viewer.
 
+mod adapter_survey;
 mod atlas;
 mod colour_atlas;
 mod context;
 mod coordinate_feedback;
 mod coordinate_pass;
+mod debug_image_pass;
 mod derive_colours_pass;
 mod derive_heights_pass;
 mod displace_pass;
@@ -26,9 +28,12 @@ mod timestamps;
 #[cfg(test)]
 mod twin_tests;
 
+pub use adapter_survey::{AdapterReport, CapabilityReport, LimitReport, survey_adapters};
 pub use context::{AdapterChoice, GpuContext, GpuError};
 pub(crate) use coordinate_feedback::CoordinateFeedback;
 pub(crate) use coordinate_pass::{CoordinatePass, depth_attachment};
+pub use debug_image_pass::{DEBUG_IMAGE_FORMAT, DebugImage};
+pub(crate) use debug_image_pass::{DebugImagePass, DebugImageSource};
 pub(crate) use displace_pass::DisplacePass;
 pub(crate) use displaced_mesh::DisplacedMesh;
 pub(crate) use frame_bindings::FrameBindings;

@@ -38,10 +38,20 @@ pub static DERIVE_HEIGHTS: Shader = shader!("derive_heights");
 pub static DERIVE_COLOURS: Shader = shader!("derive_colours");
 /// The lookup by itself, so that it can be compared with its twin on the CPU.
 pub static LOOKUP_PROBE: Shader = shader!("lookup_probe", "frame", "tile_lookup", "height_sample");
+/// Pictures of the renderer's own textures.
+pub static DEBUG_IMAGE: Shader = shader!("debug_image");
 
 /// Every shader of the library, for tests that look at all of them.
-pub static ALL: [&Shader; 7] =
-    [&DISPLACE, &TERRAIN, &SKY, &COORDINATES, &DERIVE_HEIGHTS, &DERIVE_COLOURS, &LOOKUP_PROBE];
+pub static ALL: [&Shader; 8] = [
+    &DISPLACE,
+    &TERRAIN,
+    &SKY,
+    &COORDINATES,
+    &DERIVE_HEIGHTS,
+    &DERIVE_COLOURS,
+    &LOOKUP_PROBE,
+    &DEBUG_IMAGE,
+];
 
 impl Shader {
     /// The whole text, common parts first.

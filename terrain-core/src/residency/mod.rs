@@ -10,3 +10,6 @@ pub use layer_stream::{LayerStream, LayerUpdate};
 pub use offset_table::{OffsetEntry, OffsetTable, slot_origin_texels};
 pub use tile_cache::{CachePlan, Placement, TileCache};
 pub use tile_loader::{LoadPanic, TileLoader};
+
+#[cfg(test)]
+mod tests;

@@ -20,28 +20,23 @@ use crate::tiling::TileId;
 /// Departures: of tiles equally far the finest goes first, and of those the one last by row and
 /// column, so that the outcome is determined. Step 4 looks at the one tile the merge can have made
 /// redundant, the parent of the tile put on the list, with the same outcome as
-/// [`regularize`](super::regularize) on the whole of a list that was regularised before.
+/// [`regularize()`](super::regularize()) on the whole of a list that was regularised before.
 pub fn merge_farthest(list: &mut TileList, max_tiles: usize) -> usize {
     let max_tiles = max_tiles.max(1);
     if list.len() <= max_tiles {
         return 0;
     }
     let mut merges = 0;
-    let mut farthest: BinaryHeap<Candidate> = (0u32..)
-        .zip(list.nodes())
-        .skip(1)
-        .filter(|(_, node)| node.is_listed)
-        .map(|(index, node)| Candidate::new(index, node))
-        .collect();
+    let mut queue = FarthestFirst::new(list, list.len() - max_tiles);
     while list.len() > max_tiles {
-        // Every listed tile but the root is in the heap, so it lasts as long as there is one.
-        let Some(candidate) = farthest.pop() else { break };
+        // Every listed tile but the root is in the queue, so it lasts as long as there is one.
+        let Some(candidate) = queue.pop() else { break };
         if !list.node(candidate.index).is_listed {
-            continue; // left the list after it came into the heap
+            continue; // left the list after it came into the queue
         }
         let parent = list.node(candidate.index).parent;
         if replace_by_parent(list, parent) {
-            farthest.push(Candidate::new(parent, list.node(parent)));
+            queue.returned.push(Candidate::new(parent, list.node(parent)));
         }
         merges += 1;
     }
@@ -67,6 +62,58 @@ fn replace_by_parent(list: &mut TileList, parent: u32) -> bool {
     true
 }
 
+/// The tiles of a list but the root, farthest first.
+///
+/// Sorting a part of them once is faster than a heap of all: most merges take tiles that
+/// were on the list from the beginning, and only as many as the list is too long by.
+struct FarthestFirst {
+    /// Nearer than all of `sorted`, in no order.
+    rest: Vec<Candidate>,
+    /// Farthest last.
+    sorted: Vec<Candidate>,
+    /// Parents that merging put on the list.
+    returned: BinaryHeap<Candidate>,
+}
+
+impl FarthestFirst {
+    /// `excess`: by how many the list is too long.
+    fn new(list: &TileList, excess: usize) -> Self {
+        let rest = (0u32..)
+            .zip(list.nodes())
+            .skip(1)
+            .filter(|(_, node)| node.is_listed)
+            .map(|(index, node)| Candidate::new(index, node))
+            .collect();
+        let mut queue = Self { rest, sorted: Vec::new(), returned: BinaryHeap::new() };
+        // Four siblings make one parent: a third more tiles go than the list gets shorter by.
+        queue.sort_farthest(excess + excess / 3);
+        queue
+    }
+
+    /// Moves the farthest `count` of the rest to the sorted ones, which must have run out.
+    fn sort_farthest(&mut self, count: usize) {
+        if count < self.rest.len() {
+            let nearest = self.rest.len() - count;
+            self.rest.select_nth_unstable(nearest);
+            self.sorted = self.rest.split_off(nearest);
+        } else {
+            self.sorted = std::mem::take(&mut self.rest);
+        }
+        self.sorted.sort_unstable();
+    }
+
+    fn pop(&mut self) -> Option<Candidate> {
+        if self.sorted.is_empty() {
+            self.sort_farthest(self.rest.len());
+        }
+        if self.returned.peek() > self.sorted.last() {
+            self.returned.pop()
+        } else {
+            self.sorted.pop()
+        }
+    }
+}
+
 /// A tile that may be merged away; the greatest is the next to go.
 struct Candidate {
     distance_m: f64,
@@ -82,7 +129,7 @@ impl Candidate {
 
 impl Ord for Candidate {
     fn cmp(&self, other: &Self) -> Ordering {
-        self.distance_m.total_cmp(&other.distance_m).then(self.tile.cmp(&other.tile))
+        self.distance_m.total_cmp(&other.distance_m).then_with(|| self.tile.cmp(&other.tile))
     }
 }
 

@@ -31,9 +31,9 @@ pub struct SelectionStatistics {
 
 /// Steps 2 to 4 of the paper's tile selection, in its order: subdivision, regularisation, merging.
 ///
-/// The region comes from [`visible_region`](super::visible_region), and may be that of a view some
-/// frames old; without one (an empty view) the selection is level 0. See [`subdivide`],
-/// [`regularize`] and [`merge_farthest`] for what each does and where it departs from the paper.
+/// The region comes from [`visible_region()`](super::visible_region()), and may be that of a view some
+/// frames old; without one (an empty view) the selection is level 0. See [`subdivide()`],
+/// [`regularize()`] and [`merge_farthest()`] for what each does and where it departs from the paper.
 pub fn select(
     tree: &TileTree,
     region: Option<&VisibleRegion>,

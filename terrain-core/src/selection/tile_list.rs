@@ -95,7 +95,8 @@ impl TileList {
         let mut listed: Vec<_> =
             self.nodes.iter().filter(|n| n.is_listed).map(|n| (n.distance_m, n.tile)).collect();
         listed.sort_unstable_by(|(distance_a, a), (distance_b, b)| {
-            a.level.cmp(&b.level).then(distance_a.total_cmp(distance_b)).then(a.cmp(b))
+            let by_distance = || distance_a.total_cmp(distance_b);
+            a.level.cmp(&b.level).then_with(by_distance).then_with(|| a.cmp(b))
         });
         listed.into_iter().map(|(_, tile)| tile).collect()
     }

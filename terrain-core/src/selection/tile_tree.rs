@@ -1,4 +1,4 @@
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::dataset::{HeightRanges, TileSource};
 use crate::tiling::{Extent, LayerLayout, TileId, TileSet, TilingScheme};
@@ -79,12 +79,14 @@ impl TileTree {
     /// Distance in metres from the eye to the nearest point the tile's ground may have: the box of
     /// its extent and its (exaggerated) height range.
     pub fn distance_m(&self, tile: TileId, eye: DVec3, vertical_exaggeration: f64) -> f64 {
-        let horizontal_m = self.scheme.tile_extent(tile).distance_m(eye.truncate());
+        let extent = self.scheme.tile_extent(tile);
+        let eye_on_map = eye.truncate();
+        let horizontal_m = (extent.min - eye_on_map).max(eye_on_map - extent.max).max(DVec2::ZERO);
         let vertical_m = self.height_ranges.range(tile).map_or(0.0, |range| {
             let a = f64::from(range.min_m) * vertical_exaggeration;
             let b = f64::from(range.max_m) * vertical_exaggeration;
             (a.min(b) - eye.z).max(eye.z - a.max(b)).max(0.0)
         });
-        horizontal_m.hypot(vertical_m)
+        horizontal_m.extend(vertical_m).length()
     }
 }

@@ -29,16 +29,18 @@ pub struct VisibleRegion {
     pub covered_pixels: u32,
 }
 
-/// Smallest and largest coordinates of the pixels scanned so far, and how many saw ground.
-#[derive(Clone, Copy)]
-struct Bounds {
-    min: [f32; 2],
-    max: [f32; 2],
-    covered: u32,
-}
-
-/// Pixels whose bounds are kept side by side, so that the compiler can use vector registers.
+/// Pixels scanned side by side, so that the compiler can use vector registers.
 const LANES: usize = 8;
+
+/// Smallest and largest coordinates of the pixels scanned so far, and how many saw ground: lane by
+/// lane, pixel i in lane i modulo [`LANES`].
+struct Bounds {
+    min_east: [f32; LANES],
+    max_east: [f32; LANES],
+    min_north: [f32; LANES],
+    max_north: [f32; LANES],
+    covered: [u32; LANES],
+}
 
 /// Step 1 of the paper's tile selection: minX, minY, maxX and maxY over the coordinate image.
 ///
@@ -47,47 +49,55 @@ const LANES: usize = 8;
 /// The scan is one thread's work: at 512 x 288 pixels it takes tens of microseconds, less than it
 /// costs to wake a pool of threads.
 pub fn visible_region(image: &CoordinateImage) -> Option<VisibleRegion> {
-    let mut lanes = [Bounds::EMPTY; LANES];
-    let mut chunks = image.offsets.chunks_exact(LANES);
-    for chunk in &mut chunks {
-        for (lane, &offset) in lanes.iter_mut().zip(chunk) {
-            lane.add(offset);
-        }
+    let mut bounds = Bounds::EMPTY;
+    let (chunks, rest) = image.offsets.as_chunks::<LANES>();
+    for chunk in chunks {
+        bounds.add(chunk);
     }
-    for (lane, &offset) in lanes.iter_mut().zip(chunks.remainder()) {
-        lane.add(offset);
-    }
-    let bounds = lanes.into_iter().fold(Bounds::EMPTY, Bounds::joined);
-    let corner = |[east, north]: [f32; 2]| image.origin + dvec2(f64::from(east), f64::from(north));
-    (bounds.covered > 0).then(|| VisibleRegion {
-        extent: Extent::new(corner(bounds.min), corner(bounds.max)),
-        covered_pixels: bounds.covered,
-    })
+    let mut last = [[f32::NAN; 2]; LANES];
+    last[..rest.len()].copy_from_slice(rest);
+    bounds.add(&last);
+
+    let covered_pixels = bounds.covered.iter().sum();
+    let corner = |east: f32, north: f32| image.origin + dvec2(f64::from(east), f64::from(north));
+    let min = corner(smallest(bounds.min_east), smallest(bounds.min_north));
+    let max = corner(largest(bounds.max_east), largest(bounds.max_north));
+    (covered_pixels > 0).then(|| VisibleRegion { extent: Extent::new(min, max), covered_pixels })
 }
 
 impl Bounds {
-    const EMPTY: Self = Self { min: [f32::INFINITY; 2], max: [f32::NEG_INFINITY; 2], covered: 0 };
+    const EMPTY: Self = Self {
+        min_east: [f32::INFINITY; LANES],
+        max_east: [f32::NEG_INFINITY; LANES],
+        min_north: [f32::INFINITY; LANES],
+        max_north: [f32::NEG_INFINITY; LANES],
+        covered: [0; LANES],
+    };
 
+    /// Without branches: sky adds values that change no bound.
     #[inline]
-    fn add(&mut self, [east, north]: [f32; 2]) {
-        // Without branches: sky adds values that change neither bound.
-        let is_ground = (east.abs() < f32::INFINITY) & (north.abs() < f32::INFINITY);
-        for (axis, value) in [east, north].into_iter().enumerate() {
-            let low = if is_ground { value } else { f32::INFINITY };
-            let high = if is_ground { value } else { f32::NEG_INFINITY };
-            self.min[axis] = if low < self.min[axis] { low } else { self.min[axis] };
-            self.max[axis] = if high > self.max[axis] { high } else { self.max[axis] };
+    fn add(&mut self, pixels: &[[f32; 2]; LANES]) {
+        for (lane, &[east, north]) in pixels.iter().enumerate() {
+            // Infinite or NaN if either is.
+            let is_ground = (east.abs() + north.abs()) < f32::INFINITY;
+            let or = |value: f32, other: f32| if is_ground { value } else { other };
+            let lesser = |a: f32, b: f32| if a < b { a } else { b };
+            let greater = |a: f32, b: f32| if a > b { a } else { b };
+            self.min_east[lane] = lesser(or(east, f32::INFINITY), self.min_east[lane]);
+            self.max_east[lane] = greater(or(east, f32::NEG_INFINITY), self.max_east[lane]);
+            self.min_north[lane] = lesser(or(north, f32::INFINITY), self.min_north[lane]);
+            self.max_north[lane] = greater(or(north, f32::NEG_INFINITY), self.max_north[lane]);
+            self.covered[lane] += u32::from(is_ground);
         }
-        self.covered += u32::from(is_ground);
     }
+}
 
-    fn joined(self, other: Self) -> Self {
-        Self {
-            min: [self.min[0].min(other.min[0]), self.min[1].min(other.min[1])],
-            max: [self.max[0].max(other.max[0]), self.max[1].max(other.max[1])],
-            covered: self.covered + other.covered,
-        }
-    }
+fn smallest(lanes: [f32; LANES]) -> f32 {
+    lanes.into_iter().fold(f32::INFINITY, f32::min)
+}
+
+fn largest(lanes: [f32; LANES]) -> f32 {
+    lanes.into_iter().fold(f32::NEG_INFINITY, f32::max)
 }
 
 #[cfg(test)]

@@ -17,8 +17,9 @@ pub struct CircularMeshSettings {
 }
 
 impl CircularMeshSettings {
-    /// The spacing ratios a mesh can have; the lowest gives some ten million vertices.
-    pub const SPACING_RATIOS: std::ops::RangeInclusive<f64> = 0.002..=0.5;
+    /// The spacing ratios a mesh can have; the lowest at the largest radius gives some six million
+    /// vertices.
+    pub const SPACING_RATIOS: std::ops::RangeInclusive<f64> = 0.004..=0.5;
     /// The radii a mesh can have; beyond the largest, 32-bit floats no longer tell vertices apart.
     pub const RADII: std::ops::RangeInclusive<f64> = 1.0..=1.0e6;
 

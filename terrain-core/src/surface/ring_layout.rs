@@ -2,17 +2,23 @@
 
 use std::f64::consts::TAU;
 
+use glam::{DVec2, dvec2};
+
 /// The rings of a circular mesh, in units of the mesh's scale.
 ///
 /// Ring `k` lies at `sinh(k * alpha)`, the solution of `d rho / dk = alpha * sqrt(rho^2 + 1)`: the
 /// spacing is `alpha` times the distance from an eye at height 1 over the centre, wherever on the
 /// ground. Ring 0 is the centre point.
 pub(super) struct RingLayout {
-    spacing_ratio: f64,
+    /// Radius of each ring, and of one more beyond the last.
+    radii: Vec<f64>,
     /// Every ring has `base << shift` segments with its own shift.
     base: u32,
-    /// Shift of each ring; entry 0 (the centre point) is unused.
+    /// Shift of each ring, never falling outwards; entry 0 (the centre point) is unused.
     shifts: Vec<u32>,
+    /// Unit directions of the outermost ring's vertices, counter-clockwise from east. Every ring
+    /// uses each one, each second one and so on.
+    directions: Vec<DVec2>,
 }
 
 impl RingLayout {
@@ -32,7 +38,11 @@ impl RingLayout {
             let shift = if ring == 1 { nearest } else { nearest.clamp(inner, inner + 1) };
             shifts.push(shift);
         }
-        Self { spacing_ratio, base, shifts }
+        let radii = (0..=ring_count + 1).map(|ring| (ring as f64 * spacing_ratio).sinh()).collect();
+        let segments = base << shifts[ring_count];
+        let angle = |segment: u32| TAU * f64::from(segment) / f64::from(segments);
+        let directions = (0..segments).map(|i| dvec2(angle(i).cos(), angle(i).sin())).collect();
+        Self { radii, base, shifts, directions }
     }
 
     /// Index of the outermost ring.
@@ -42,7 +52,7 @@ impl RingLayout {
 
     /// Radius of the ring.
     pub fn radius(&self, ring: usize) -> f64 {
-        (ring as f64 * self.spacing_ratio).sinh()
+        self.radii[ring]
     }
 
     /// Segments of the ring (at least 3 for every ring but the centre).
@@ -53,7 +63,7 @@ impl RingLayout {
     /// Distance to the farthest neighbour on the ring or on the next one out: what heights must be
     /// band-limited to.
     pub fn vertex_spacing(&self, ring: usize) -> f64 {
-        let radial = self.radius(ring + 1) - self.radius(ring);
+        let radial = self.radii[ring + 1] - self.radii[ring];
         if ring == 0 {
             return radial;
         }
@@ -63,14 +73,9 @@ impl RingLayout {
     /// East and north of a vertex; `segment` counts counter-clockwise from east and wraps round.
     /// The same arguments give the same bits, which is what makes duplicated vertices meet.
     pub fn position(&self, ring: usize, segment: u32) -> [f32; 2] {
-        if ring == 0 {
-            return [0.0; 2];
-        }
-        let segments = self.segments(ring);
-        let angle = TAU * f64::from(segment % segments) / f64::from(segments);
-        let (sin, cos) = angle.sin_cos();
-        let radius = self.radius(ring);
-        [(radius * cos) as f32, (radius * sin) as f32]
+        let stride = self.shifts[self.last_ring()] - self.shifts[ring];
+        let index = (segment % self.segments(ring)) << stride;
+        (self.radii[ring] * self.directions[index as usize]).as_vec2().to_array()
     }
 
     /// Into how many sectors the band of rings `first..=last` is cut so that a sector is at most

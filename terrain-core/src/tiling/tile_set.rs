@@ -5,11 +5,23 @@ use super::TileId;
 /// Which tiles exist: a set of ids kept as runs of columns per row, so that full rows cost one entry.
 ///
 /// Memory is proportional to the number of *runs*, not of tiles: a dense level costs one run a row.
+/// The coarse levels are kept as bits as well (at most 170 KB), since selection asks for them most.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TileSet {
     /// (level, row) -> disjoint, sorted, non-adjacent column runs `first..=last`.
     rows: BTreeMap<(u8, u32), Vec<(u32, u32)>>,
+    /// Of each level up to [`BIT_LEVEL_MAX`] a bit a tile, row by row; empty where the level is.
+    bits: Vec<Vec<u64>>,
     len: u64,
+}
+
+/// The finest level kept as bits: 2^20 tiles, 128 KB.
+const BIT_LEVEL_MAX: u8 = 10;
+
+/// Word and bit of a tile within its level.
+fn bit_of(tile: TileId) -> (usize, u64) {
+    let index = ((tile.row as usize) << tile.level) + tile.column as usize;
+    (index / 64, 1 << (index % 64))
 }
 
 impl TileSet {
@@ -30,6 +42,11 @@ impl TileSet {
 
     /// Whether the tile is in the set.
     pub fn contains(&self, tile: TileId) -> bool {
+        if tile.level <= BIT_LEVEL_MAX {
+            let (word, bit) = bit_of(tile);
+            let words = self.bits.get(usize::from(tile.level));
+            return words.and_then(|words| words.get(word)).is_some_and(|word| word & bit != 0);
+        }
         self.rows.get(&(tile.level, tile.row)).is_some_and(|runs| {
             let after = runs.partition_point(|run| run.0 <= tile.column);
             after > 0 && runs[after - 1].1 >= tile.column
@@ -56,7 +73,24 @@ impl TileSet {
             (false, false) => runs.insert(after, (column, column)),
         }
         self.len += 1;
+        self.set_bit(tile);
         true
+    }
+
+    fn set_bit(&mut self, tile: TileId) {
+        let level = usize::from(tile.level);
+        if tile.level > BIT_LEVEL_MAX {
+            return;
+        }
+        if self.bits.len() <= level {
+            self.bits.resize(level + 1, Vec::new());
+        }
+        let words = &mut self.bits[level];
+        if words.is_empty() {
+            words.resize((1_usize << (2 * level)).div_ceil(64), 0);
+        }
+        let (word, bit) = bit_of(tile);
+        words[word] |= bit;
     }
 
     /// Number of tiles of one level.
@@ -100,15 +134,18 @@ mod tests {
 
     proptest! {
         #[test]
-        fn behaves_like_a_plain_set(ids in prop::collection::vec((0u32..4, 0u32..16), 0..120)) {
-            let plain: BTreeSet<_> = ids.iter().map(|&(r, c)| TileId::new(4, r, c)).collect();
-            let set: TileSet = ids.iter().map(|&(r, c)| TileId::new(4, r, c)).collect();
+        fn behaves_like_a_plain_set(
+            ids in prop::collection::vec((0u32..4, 0u32..16), 0..120),
+            level in prop_oneof![Just(4u8), Just(BIT_LEVEL_MAX), Just(BIT_LEVEL_MAX + 1)],
+        ) {
+            let plain: BTreeSet<_> = ids.iter().map(|&(r, c)| TileId::new(level, r, c)).collect();
+            let set: TileSet = ids.iter().map(|&(r, c)| TileId::new(level, r, c)).collect();
             prop_assert_eq!(set.iter().collect::<Vec<_>>(), plain.iter().copied().collect::<Vec<_>>());
             prop_assert_eq!(set.len(), plain.len() as u64);
-            prop_assert_eq!(set.len_of_level(4), plain.len() as u64);
+            prop_assert_eq!(set.len_of_level(level), plain.len() as u64);
             for row in 0..4 {
                 for column in 0..16 {
-                    let tile = TileId::new(4, row, column);
+                    let tile = TileId::new(level, row, column);
                     prop_assert_eq!(set.contains(tile), plain.contains(&tile));
                 }
             }

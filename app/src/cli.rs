@@ -1,0 +1,77 @@
+//! The command line: what can be asked for.
+
+use clap::{Parser, Subcommand};
+use terrain_core::gpu::AdapterChoice;
+
+use crate::commands::doctor::DoctorArgs;
+use crate::commands::fly::FlyArgs;
+use crate::commands::prepare::PrepareArgs;
+use crate::commands::render::RenderArgs;
+
+/// Streams and draws terrain far larger than memory, and measures itself while it does.
+///
+/// Without a command it flies over the bundled demo.
+#[derive(Debug, Parser)]
+#[command(name = "terrain", version, max_term_width = 100)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+
+    /// The graphics adapter: best, vulkan, gl, cpu, or a part of its name.
+    #[arg(long, global = true, default_value = "best", value_name = "ADAPTER")]
+    pub adapter: AdapterChoice,
+}
+
+/// A command, a file each in `commands/`.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Make a dataset of height rasters and pictures.
+    Prepare(PrepareArgs),
+    /// Fly over a dataset, in a window or measured without one.
+    Fly(FlyArgs),
+    /// Draw one picture of a dataset.
+    Render(RenderArgs),
+    /// Say which graphics adapters there are, what they can do and what would be left out.
+    Doctor(DoctorArgs),
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_definition_is_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_shows_an_example() {
+        let mut command = Cli::command();
+        command.build();
+        for sub in command.get_subcommands().filter(|sub| sub.get_name() != "help") {
+            let help = sub.clone().render_long_help().to_string();
+            let example = format!("  terrain {}", sub.get_name());
+            assert!(help.contains(&example), "{} has no example", sub.get_name());
+        }
+    }
+
+    #[test]
+    fn what_the_demo_stands_for_is_a_valid_command() {
+        use crate::commands::{DEMO_IN_WINDOW, DEMO_TO_FILES};
+        assert!(Cli::try_parse_from(DEMO_IN_WINDOW).is_ok());
+        assert!(Cli::try_parse_from(DEMO_TO_FILES).is_ok());
+    }
+
+    #[test]
+    fn the_adapter_can_stand_before_or_after_the_command() {
+        for line in
+            [["terrain", "--adapter", "cpu", "doctor"], ["terrain", "doctor", "--adapter", "cpu"]]
+        {
+            let cli = Cli::try_parse_from(line).unwrap();
+            assert_eq!(cli.adapter, AdapterChoice::Cpu);
+        }
+    }
+}

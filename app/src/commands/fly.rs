@@ -1,0 +1,199 @@
+//! `terrain fly`: over a dataset, in a window or measured without one.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::{Context, bail};
+use clap::Args;
+use terrain_core::RendererSettings;
+use terrain_core::dataset::{Dataset, TileSource};
+use terrain_core::gpu::AdapterChoice;
+use terrain_core::measure::{Flight, FrameRecord};
+
+use crate::demo::Demo;
+use crate::drawing_args::{DrawingArgs, Size};
+use crate::headless::Headless;
+use crate::progress::FrameProgress;
+use crate::viewer::{self, ViewerOptions};
+use crate::{display, flights, pictures};
+
+/// What to fly over, and how.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  terrain fly alps
+  terrain fly alps --flight valley.json --headless --csv frames.csv
+  terrain fly alps --headless --settle --frames-at 24 --out pictures")]
+pub struct FlyArgs {
+    /// The dataset: a folder made by terrain prepare [default: the demo]
+    dataset: Option<PathBuf>,
+
+    /// The flight to fly [default without a window: a tour of the dataset]
+    #[arg(long, value_name = "FILE.json")]
+    flight: Option<PathBuf>,
+
+    /// Record what is flown in the window to this file
+    #[arg(long, value_name = "FILE.json", conflicts_with = "headless")]
+    record: Option<PathBuf>,
+
+    /// Draw the flight without a window
+    #[arg(long)]
+    headless: bool,
+
+    /// Write a row a frame
+    #[arg(long, value_name = "FILE.csv", requires = "headless")]
+    csv: Option<PathBuf>,
+
+    /// Write every frame drawn as PNG into this folder
+    #[arg(long, value_name = "DIR", requires = "headless")]
+    out: Option<PathBuf>,
+
+    /// Wait in every frame until nothing is missing
+    #[arg(long, requires = "headless")]
+    settle: bool,
+
+    /// Draw only this many frames, evenly spread over the flight
+    #[arg(long, value_name = "N", requires = "headless", value_parser = clap::value_parser!(u64).range(1..))]
+    frames_at: Option<u64>,
+
+    /// Width and height of the pictures without a window
+    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    size: Size,
+
+    #[command(flatten)]
+    drawing: DrawingArgs,
+}
+
+/// Flies in a window, or without one.
+pub fn run(args: &FlyArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
+    let Some(folder) = &args.dataset else {
+        let demo = Demo::open()?;
+        return fly(args, adapter, demo.source, demo.title, demo.exaggeration);
+    };
+    let source: Arc<dyn TileSource> = Arc::new(Dataset::open(folder)?);
+    let title = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
+    fly(args, adapter, source, title, 1.0)
+}
+
+fn fly(
+    args: &FlyArgs,
+    adapter: &AdapterChoice,
+    source: Arc<dyn TileSource>,
+    title: String,
+    exaggeration: f64,
+) -> anyhow::Result<()> {
+    let settings = args.drawing.settings(exaggeration);
+    let flight = args.flight.as_deref().map(|path| flights::read(path, source.manifest()));
+    let flight = flight.transpose()?;
+    if args.headless {
+        let flight = match flight {
+            Some(flight) => flight,
+            None => flights::tour(&*source, settings.vertical_exaggeration)?,
+        };
+        return fly_headless(args, adapter, source, settings, &flight);
+    }
+    if display::display().is_none() {
+        bail!(
+            "no display for a window: neither WAYLAND_DISPLAY nor DISPLAY is set \
+             (--headless with --csv or --out draws the flight without one)"
+        );
+    }
+    viewer::run(ViewerOptions {
+        plays_at_once: flight.is_some(),
+        flight: flight.or_else(|| flights::tour(&*source, settings.vertical_exaggeration).ok()),
+        source,
+        title,
+        adapter: adapter.clone(),
+        settings,
+        record_to: args.record.clone(),
+    })
+}
+
+fn fly_headless(
+    args: &FlyArgs,
+    adapter: &AdapterChoice,
+    source: Arc<dyn TileSource>,
+    settings: RendererSettings,
+    flight: &Flight,
+) -> anyhow::Result<()> {
+    let mut headless = Headless::open(source, adapter, settings, args.size.0)?;
+    let mut csv = args.csv.as_deref().map(CsvFile::create).transpose()?;
+    if let Some(folder) = &args.out {
+        let failed = || format!("{}: cannot make the folder", folder.display());
+        std::fs::create_dir_all(folder).with_context(failed)?;
+    }
+    let frames = frames_to_draw(flight.frame_count(), args.frames_at);
+    let progress = FrameProgress::new(frames.len() as u64);
+    for (index, frame) in frames.into_iter().enumerate() {
+        let time_s = flight.frame_time_s(frame);
+        let view = flight.view_at(time_s, args.size.0);
+        let mut record = headless.draw(&view, args.settle)?;
+        (record.frame, record.time_s) = (frame, time_s);
+        if let Some(csv) = &mut csv {
+            csv.write(&record)?;
+        }
+        if let Some(folder) = &args.out {
+            let path = folder.join(format!("frame-{frame:05}.png"));
+            pictures::write_png(&path, args.size.0, &headless.picture()?)?;
+        }
+        progress.advance(index as u64 + 1);
+    }
+    progress.finish();
+    match csv {
+        Some(csv) => csv.finish(),
+        None => Ok(()),
+    }
+}
+
+/// The frames to draw: all of them, or `wanted` spread evenly from the first to the last.
+fn frames_to_draw(count: u64, wanted: Option<u64>) -> Vec<u64> {
+    let wanted = wanted.unwrap_or(count).min(count);
+    if wanted <= 1 {
+        return vec![0];
+    }
+    (0..wanted).map(|index| index * (count - 1) / (wanted - 1)).collect()
+}
+
+/// `frames.csv` while it is written.
+struct CsvFile {
+    path: PathBuf,
+    file: std::io::BufWriter<std::fs::File>,
+}
+
+impl CsvFile {
+    fn create(path: &Path) -> anyhow::Result<Self> {
+        let file = std::fs::File::create(path)
+            .with_context(|| format!("{}: cannot write the table", path.display()))?;
+        let mut csv = Self { path: path.to_owned(), file: std::io::BufWriter::new(file) };
+        csv.line(&FrameRecord::csv_header())?;
+        Ok(csv)
+    }
+
+    fn write(&mut self, record: &FrameRecord) -> anyhow::Result<()> {
+        self.line(&record.csv_row())
+    }
+
+    fn line(&mut self, text: &str) -> anyhow::Result<()> {
+        let written = writeln!(self.file, "{text}");
+        written.with_context(|| format!("{}: cannot write the table", self.path.display()))
+    }
+
+    fn finish(mut self) -> anyhow::Result<()> {
+        let written = self.file.flush();
+        written.with_context(|| format!("{}: cannot write the table", self.path.display()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_spread_from_the_first_to_the_last() {
+        assert_eq!(frames_to_draw(4, None), [0, 1, 2, 3]);
+        assert_eq!(frames_to_draw(101, Some(5)), [0, 25, 50, 75, 100]);
+        assert_eq!(frames_to_draw(3, Some(10)), [0, 1, 2]);
+        assert_eq!(frames_to_draw(7, Some(1)), [0]);
+    }
+}

@@ -1,0 +1,119 @@
+//! `terrain render`: one picture of a dataset.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use anyhow::Context;
+use clap::Args;
+use terrain_core::CameraView;
+use terrain_core::dataset::{Dataset, TileSource};
+use terrain_core::gpu::AdapterChoice;
+use terrain_core::measure::{CameraSpec, FrameRecord};
+
+use crate::drawing_args::{DrawingArgs, Size};
+use crate::ground::Ground;
+use crate::headless::Headless;
+use crate::{npy, output, pictures};
+
+/// What to draw.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  terrain render alps --camera x=463500,y=6820000,agl=800,heading=215,pitch=-12,fov=50 \\
+      --size 1280x720 --out view.png")]
+pub struct RenderArgs {
+    /// The dataset: a folder made by terrain prepare
+    dataset: PathBuf,
+
+    /// The camera: x=..,y=.. in the dataset's CRS, height=.. (metres above the datum) or agl=..
+    /// (above the ground), heading=.. (degrees clockwise from north), pitch=.. (negative looks
+    /// down), fov=.. (vertical, degrees)
+    #[arg(long, value_name = "CAMERA", allow_hyphen_values = true)]
+    camera: CameraSpec,
+
+    /// Width and height of the picture in pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    size: Size,
+
+    /// The PNG file to write
+    #[arg(long, value_name = "FILE.png")]
+    out: Option<PathBuf>,
+
+    /// Write x, y, z of the ground at each pixel: float64 (height, width, 3), NaN where there is sky
+    #[arg(long, value_name = "FILE.npy")]
+    coordinates: Option<PathBuf>,
+
+    /// Keep drawing until nothing is missing (the default)
+    #[arg(long, conflicts_with = "frames")]
+    settle: bool,
+
+    /// Draw exactly this many frames, whatever is missing then
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    frames: Option<u32>,
+
+    /// Print what the frames did and cost, as JSON
+    #[arg(long)]
+    json: bool,
+
+    #[command(flatten)]
+    drawing: DrawingArgs,
+}
+
+/// Draws the picture and writes what is asked for.
+pub fn run(args: &RenderArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
+    let source: Arc<dyn TileSource> = Arc::new(Dataset::open(&args.dataset)?);
+    let settings = args.drawing.settings(1.0);
+    let view = view_of(args, &*source, settings.vertical_exaggeration)?;
+    let mut headless = Headless::open(source, adapter, settings, args.size.0)?;
+    let record = draw(args, &mut headless, &view)?;
+    if let Some(path) = &args.out {
+        pictures::write_png(path, args.size.0, &headless.picture()?)?;
+    }
+    if let Some(path) = &args.coordinates {
+        let [width, height] = args.size.0.map(|side| side as usize);
+        let points = headless.ground_coordinates(&view)?;
+        npy::write_f64(path, [height, width, 3], points.into_iter().flatten())?;
+    }
+    if args.json {
+        output::print(&(serde_json::to_string_pretty(&record)? + "\n"))?;
+    }
+    Ok(())
+}
+
+/// The camera's view; its height above ground goes by the finest heights there are.
+fn view_of(
+    args: &RenderArgs,
+    source: &dyn TileSource,
+    exaggeration: f64,
+) -> anyhow::Result<CameraView> {
+    let ground = Ground::finest(source);
+    let mut beside_data = None;
+    let view = args.camera.view(args.size.0, |point| {
+        let height_m = ground.height_m(point);
+        if height_m.is_none() {
+            beside_data = Some(point);
+        }
+        height_m.unwrap_or(0.0) * exaggeration
+    });
+    let outside = beside_data.map(|point| format!("x={}, y={}", point.x, point.y));
+    match outside {
+        None => Ok(view),
+        Some(place) => {
+            Err(anyhow::anyhow!("no height at {place} (give height=.. instead of agl=..)"))
+                .with_context(|| args.dataset.display().to_string())
+        }
+    }
+}
+
+fn draw(
+    args: &RenderArgs,
+    headless: &mut Headless,
+    view: &CameraView,
+) -> anyhow::Result<FrameRecord> {
+    let Some(frames) = args.frames else { return headless.draw(view, true) };
+    let mut record = FrameRecord::default();
+    for _ in 0..frames {
+        record = headless.draw(view, false)?;
+    }
+    Ok(record)
+}

@@ -1,0 +1,74 @@
+//! The bundled demo: real data that comes with the repository, made ready at its first use.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use anyhow::{Context, bail};
+use terrain_core::dataset::{Dataset, TileSource};
+use terrain_core::prepare::{NoProgress, PrepareRequest, prepare};
+
+use crate::output;
+
+/// Where the sources lie in the repository, and where the dataset made of them goes.
+const SOURCES: &str = "data/demo";
+const DATASET: &str = ".dataset/demo";
+const HEIGHTS: &str = "dem.tif";
+const COLOURS: &str = "dom.tif";
+
+/// The demo, ready to be drawn.
+pub struct Demo {
+    /// Its terrain.
+    pub source: Arc<dyn TileSource>,
+    /// Its name for people.
+    pub title: String,
+    /// The exaggeration it looks best with.
+    pub exaggeration: f64,
+}
+
+impl Demo {
+    /// Opens the demo; prepares it where that has not been done yet.
+    ///
+    /// # Errors
+    /// Where its sources are not there, or cannot be prepared.
+    pub fn open() -> anyhow::Result<Self> {
+        let root = find_root()?;
+        let folder = root.join(DATASET);
+        let dataset = match Dataset::open(&folder) {
+            Ok(dataset) => dataset,
+            Err(_) => prepare_at(&root, &folder)?,
+        };
+        let source = Arc::new(dataset);
+        Ok(Self { source, title: "Demo".to_owned(), exaggeration: 10.0 })
+    }
+}
+
+/// The nearest folder above the current one, or above the program, that holds the demo's sources.
+fn find_root() -> anyhow::Result<PathBuf> {
+    let starts = [std::env::current_dir().ok(), std::env::current_exe().ok()];
+    let holds_demo = |folder: &&Path| folder.join(SOURCES).join(HEIGHTS).is_file();
+    let root = starts.iter().flatten().find_map(|start| start.ancestors().find(holds_demo));
+    match root {
+        Some(root) => Ok(root.to_owned()),
+        None => bail!(
+            "{SOURCES}: the demo's data are not here (run it inside the repository, or name a \
+             dataset: terrain fly DATASET)"
+        ),
+    }
+}
+
+fn prepare_at(root: &Path, folder: &Path) -> anyhow::Result<Dataset> {
+    output::say("terrain: preparing the demo, once ...");
+    if let Some(parent) = folder.parent() {
+        let failed = || format!("{}: cannot make the folder", parent.display());
+        std::fs::create_dir_all(parent).with_context(failed)?;
+    }
+    let sources = root.join(SOURCES);
+    let request = PrepareRequest::new(
+        vec![sources.join(HEIGHTS)],
+        vec![sources.join(COLOURS)],
+        folder.to_owned(),
+    );
+    prepare(&request, &NoProgress, &AtomicBool::new(false))?;
+    Ok(Dataset::open(folder)?)
+}

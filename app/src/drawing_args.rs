@@ -1,0 +1,120 @@
+//! The options of every command that draws.
+
+use std::str::FromStr;
+
+use clap::{Args, ValueEnum};
+use terrain_core::RendererSettings;
+
+/// How to draw.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct DrawingArgs {
+    /// How tiles are selected
+    #[arg(long, value_enum, default_value_t = Strategy::RttQuadtree)]
+    strategy: Strategy,
+
+    /// Factor on all heights
+    #[arg(long, value_name = "FACTOR")]
+    exaggeration: Option<f64>,
+
+    /// Slots of the tile caches: columns x rows
+    #[arg(long, value_name = "MxN", default_value = "6x6")]
+    cache: Size,
+
+    /// Most tiles a selection may have, level 0 included [default: as many as there are slots]
+    #[arg(long, value_name = "N")]
+    max_tiles: Option<usize>,
+
+    /// A tile is split while its texels are drawn larger than this many pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 1.0)]
+    texel_px: f64,
+
+    /// Size of the mesh's triangles in pixels
+    #[arg(long, value_name = "PIXELS")]
+    triangle_px: Option<f64>,
+
+    /// Most KiB of tiles to upload in a frame
+    #[arg(long, value_name = "KIB")]
+    upload_kib: Option<u64>,
+}
+
+/// How the tiles to draw with are selected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Strategy {
+    /// Tile scheduling: the region the coordinate pass sees, subdivided, regularised and merged.
+    RttQuadtree,
+}
+
+/// A width and a height, or columns and rows: `1280x720`. Both at least 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size(pub [u32; 2]);
+
+impl DrawingArgs {
+    /// The renderer's settings; `exaggeration` where the user gives none.
+    pub fn settings(&self, exaggeration: f64) -> RendererSettings {
+        let Strategy::RttQuadtree = self.strategy;
+        let defaults = RendererSettings::default();
+        let [cache_columns, cache_rows] = self.cache.0;
+        let slots = (u64::from(cache_columns) * u64::from(cache_rows)) as usize;
+        RendererSettings {
+            cache_columns,
+            cache_rows,
+            max_tiles: self.max_tiles.unwrap_or(slots),
+            texel_px: self.texel_px,
+            triangle_px: self.triangle_px.unwrap_or(defaults.triangle_px),
+            vertical_exaggeration: self.exaggeration.unwrap_or(exaggeration),
+            upload_budget_bytes: self
+                .upload_kib
+                .map_or(defaults.upload_budget_bytes, |kib| kib.saturating_mul(1024)),
+            ..defaults
+        }
+        .checked()
+    }
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let sides = text.split_once(['x', 'X']).and_then(|(width, height)| {
+            Some([width.trim().parse::<u32>().ok()?, height.trim().parse::<u32>().ok()?])
+        });
+        match sides {
+            Some(sides) if sides.iter().all(|side| (1..=16_384).contains(side)) => Ok(Self(sides)),
+            _ => Err("give two numbers from 1 to 16384, such as 1280x720".to_owned()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        drawing: DrawingArgs,
+    }
+
+    #[test]
+    fn sizes_are_two_positive_numbers() {
+        assert_eq!("1280x720".parse(), Ok(Size([1280, 720])));
+        for text in ["1280", "0x720", "1280x", "x", "-1x5", "99999x1", "3x4x5"] {
+            assert!(text.parse::<Size>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn the_most_tiles_follow_the_cache_unless_given() {
+        let settings = |line: &[&str]| {
+            let line = ["draw"].iter().chain(line);
+            Line::try_parse_from(line).unwrap().drawing.settings(2.0)
+        };
+        assert_eq!(settings(&["--cache", "8x8"]).max_tiles, 64);
+        assert_eq!(settings(&["--cache", "8x8", "--max-tiles", "20"]).max_tiles, 20);
+        assert_eq!(settings(&[]).vertical_exaggeration, 2.0);
+        assert_eq!(settings(&["--exaggeration", "3"]).vertical_exaggeration, 3.0);
+        assert_eq!(settings(&["--upload-kib", "64"]).upload_budget_bytes, 65_536);
+    }
+}

@@ -1,0 +1,76 @@
+//! Drawing without a window.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use terrain_core::dataset::TileSource;
+use terrain_core::gpu::{AdapterChoice, GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
+use terrain_core::measure::FrameRecord;
+use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
+
+use crate::output;
+
+/// A renderer and the picture it draws into.
+pub struct Headless {
+    gpu: Arc<GpuContext>,
+    renderer: TerrainRenderer,
+    target: OffscreenTarget,
+}
+
+impl Headless {
+    /// Opens a GPU and a renderer of the source for pictures of this size.
+    ///
+    /// # Errors
+    /// Where there is no such adapter, or nothing to draw.
+    pub fn open(
+        source: Arc<dyn TileSource>,
+        adapter: &AdapterChoice,
+        settings: RendererSettings,
+        size_px: [u32; 2],
+    ) -> anyhow::Result<Self> {
+        let gpu = Arc::new(GpuContext::headless(adapter)?);
+        let renderer = TerrainRenderer::new(Arc::clone(&gpu), source, settings)?;
+        let target = OffscreenTarget::new(&gpu, size_px);
+        Ok(Self { gpu, renderer, target })
+    }
+
+    /// Draws a frame and waits for it; with `settle` as many as it takes until nothing is missing.
+    /// The record tells the whole time.
+    ///
+    /// # Errors
+    /// Where the device fails.
+    pub fn draw(&mut self, view: &CameraView, settle: bool) -> anyhow::Result<FrameRecord> {
+        let started = Instant::now();
+        let target = self.target.view();
+        let mut record = if settle {
+            self.renderer.render_settled(view, target, OFFSCREEN_FORMAT)?
+        } else {
+            self.renderer.render(view, target, OFFSCREEN_FORMAT)?
+        };
+        self.gpu.wait()?;
+        record.frame_ms = started.elapsed().as_secs_f64() * 1.0e3;
+        for failure in self.renderer.take_failures() {
+            output::say(&format!("terrain: {failure}"));
+        }
+        Ok(record)
+    }
+
+    /// The picture drawn last: RGBA, 8 bits a channel, first row on top.
+    ///
+    /// # Errors
+    /// Where the device fails.
+    pub fn picture(&self) -> anyhow::Result<Vec<u8>> {
+        Ok(self.target.read_rgba8(&self.gpu)?)
+    }
+
+    /// The point of the ground at every pixel, in the dataset's CRS and in true heights, row by row
+    /// from the top left; NaN where there is sky.
+    ///
+    /// # Errors
+    /// Where the device fails.
+    pub fn ground_coordinates(&mut self, view: &CameraView) -> anyhow::Result<Vec<[f64; 3]>> {
+        let exaggeration = self.renderer.settings().vertical_exaggeration;
+        let drawn = self.renderer.ground_coordinates(view)?;
+        Ok(drawn.into_iter().map(|[x, y, z]| [x, y, z / exaggeration]).collect())
+    }
+}

@@ -1,0 +1,23 @@
+//! Where pictures and flights are saved.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+
+/// The first name of the form `STEM-0001.EXTENSION` in the current folder that is not taken.
+pub fn free_name(stem: &str, extension: &str) -> PathBuf {
+    (1..)
+        .map(|number: u32| PathBuf::from(format!("{stem}-{number:04}.{extension}")))
+        .find(|path| !path.exists())
+        .unwrap_or_else(|| PathBuf::from(format!("{stem}.{extension}")))
+}
+
+/// Writes a picture as PNG: RGBA, 8 bits a channel, first row on top.
+///
+/// # Errors
+/// Where the file cannot be written; the error names it.
+pub fn write_png(path: &Path, size_px: [u32; 2], rgba: &[u8]) -> anyhow::Result<()> {
+    let [width, height] = size_px;
+    image::save_buffer(path, rgba, width, height, image::ColorType::Rgba8)
+        .with_context(|| format!("{}: cannot write the picture", path.display()))
+}

@@ -1,0 +1,292 @@
+//! The panel: what is drawn and how, what it costs, and what the keys do.
+
+use egui::{Align2, Color32, Grid, RichText, Slider, Ui};
+use glam::DVec3;
+use terrain_core::dataset::Manifest;
+use terrain_core::gpu::DebugImage;
+use terrain_core::measure::FrameRecord;
+use terrain_core::{DebugView, RendererSettings};
+
+use super::keys::{Action, HELP};
+use super::plots::FrameHistory;
+
+const WIDTH: f32 = 300.0;
+const MARGIN: f32 = 8.0;
+/// Sides of square caches to choose from, slots.
+const CACHE_SIDES: [u32; 7] = [3, 4, 6, 8, 10, 12, 16];
+
+/// What the panel shows and what it may change.
+pub struct Panel<'a> {
+    /// Name of the dataset.
+    pub title: &'a str,
+    /// The dataset.
+    pub manifest: &'a Manifest,
+    /// The frames just past.
+    pub history: &'a FrameHistory,
+    /// Where the eye is, metres.
+    pub eye: DVec3,
+    /// Height of the eye above the ground, metres.
+    pub clearance_m: f64,
+    /// Whether the device can draw lines.
+    pub has_wireframe: bool,
+    /// Whether a flight is being recorded.
+    pub is_recording: bool,
+    /// Whether a flight is being played.
+    pub is_playing: bool,
+    /// Whether there is a flight to play.
+    pub has_flight: bool,
+    /// Something just done, to be told.
+    pub notice: Option<&'a str>,
+    /// The picture of the texture to look at.
+    pub texture: Option<egui::TextureId>,
+    /// Which texture to look at.
+    pub debug_image: &'a mut Option<DebugImage>,
+    /// What the user may change.
+    pub settings: &'a mut RendererSettings,
+    /// What the user asked for by buttons.
+    pub actions: &'a mut Vec<Action>,
+}
+
+impl Panel<'_> {
+    /// Shows the panel at the left and the notice at the bottom.
+    pub fn show(&mut self, ui: &Ui) {
+        let context = ui.ctx();
+        let height = context.content_rect().height() - 6.0 * MARGIN;
+        egui::Window::new(self.title)
+            .anchor(Align2::LEFT_TOP, [MARGIN, MARGIN])
+            .resizable(false)
+            .default_width(WIDTH)
+            .vscroll(true)
+            .default_height(height)
+            .max_height(height)
+            .show(context, |ui| {
+                ui.set_width(WIDTH);
+                self.contents(ui);
+            });
+        if let Some(notice) = self.notice {
+            egui::Area::new(egui::Id::unique("notice"))
+                .anchor(Align2::CENTER_BOTTOM, [0.0, -2.0 * MARGIN])
+                .interactable(false)
+                .show(context, |ui| {
+                    let text = egui::Label::new(notice).extend();
+                    egui::Frame::popup(ui.style()).show(ui, |ui| ui.add(text));
+                });
+        }
+    }
+
+    fn contents(&mut self, ui: &mut Ui) {
+        self.place(ui);
+        self.buttons(ui);
+        ui.separator();
+        if let Some(record) = self.history.last() {
+            numbers(ui, record, self.history.mean_bytes());
+        }
+        section(ui, "Bytes a frame", true, |ui| self.history.show_bytes(ui));
+        section(ui, "Times", true, |ui| self.history.show_times(ui));
+        section(ui, "Settings", true, |ui| self.sliders(ui));
+        section(ui, "Debug views", false, |ui| self.debug_views(ui));
+        section(ui, "Textures", false, |ui| self.textures(ui));
+        section(ui, "Dataset", false, |ui| about(ui, self.manifest));
+        section(ui, "Keys", false, help);
+    }
+
+    fn place(&self, ui: &mut Ui) {
+        ui.label(format!("x {:.0}   y {:.0}", self.eye.x, self.eye.y));
+        ui.label(format!(
+            "height {}   above ground {}",
+            metres(self.eye.z),
+            metres(self.clearance_m)
+        ));
+    }
+
+    fn buttons(&mut self, ui: &mut Ui) {
+        let record = if self.is_recording { "Stop recording" } else { "Record" };
+        let play = if self.is_playing { "Stop" } else { "Play" };
+        ui.horizontal_wrapped(|ui| {
+            self.button(ui, "Home", true, Action::GoHome);
+            self.button(ui, "North", true, Action::GoNorthUp);
+            self.button(ui, record, true, Action::ToggleRecording);
+            self.button(ui, play, self.has_flight, Action::TogglePlaying);
+            self.button(ui, "Picture", true, Action::TakeScreenshot);
+        });
+    }
+
+    fn button(&mut self, ui: &mut Ui, text: &str, enabled: bool, action: Action) {
+        if ui.add_enabled(enabled, egui::Button::new(text)).clicked() {
+            self.actions.push(action);
+        }
+    }
+
+    fn sliders(&mut self, ui: &mut Ui) {
+        let settings = &mut *self.settings;
+        cache_choice(ui, settings);
+        let slots = (settings.cache_columns * settings.cache_rows) as usize;
+        ui.add(Slider::new(&mut settings.max_tiles, 1..=slots).text("MaxofTiles"))
+            .on_hover_text("Most tiles a selection may have, level 0 included");
+        ui.add(slider(&mut settings.texel_px, 0.25, 8.0).text("texel (px)"))
+            .on_hover_text("A tile is split while its texels are drawn larger than this");
+        ui.add(slider(&mut settings.triangle_px, 2.0, 40.0).text("triangle (px)"))
+            .on_hover_text("Size of the mesh's triangles in the picture");
+        ui.add(slider(&mut settings.vertical_exaggeration, 0.5, 50.0).text("exaggeration"));
+        let mut budget_kib = settings.upload_budget_bytes / 1024;
+        let budget = Slider::new(&mut budget_kib, 64..=16_384).logarithmic(true);
+        if ui.add(budget.text("upload (KiB a frame)")).changed() {
+            settings.upload_budget_bytes = budget_kib * 1024;
+        }
+    }
+
+    fn debug_views(&mut self, ui: &mut Ui) {
+        let settings = &mut *self.settings;
+        ui.horizontal_wrapped(|ui| {
+            for (view, name) in [
+                (DebugView::Off, "terrain"),
+                (DebugView::TileBorders, "borders"),
+                (DebugView::Levels, "levels"),
+                (DebugView::Shading, "light"),
+            ] {
+                ui.selectable_value(&mut settings.debug_view, view, name);
+            }
+        });
+        ui.add_enabled(
+            self.has_wireframe,
+            egui::Checkbox::new(&mut settings.wireframe, "wireframe"),
+        );
+        ui.checkbox(&mut settings.freeze_selection, "freeze the selection");
+    }
+
+    fn textures(&mut self, ui: &mut Ui) {
+        ui.horizontal_wrapped(|ui| {
+            for (image, name) in [
+                (None, "none"),
+                (Some(DebugImage::Coordinates), "coordinates"),
+                (Some(DebugImage::HeightCache), "DEM cache"),
+                (Some(DebugImage::ColourCache), "DOM cache"),
+            ] {
+                ui.selectable_value(self.debug_image, image, name);
+            }
+        });
+        if let Some(texture) = self.texture {
+            let width = ui.available_width();
+            let share = if *self.debug_image == Some(DebugImage::Coordinates) {
+                self.settings.coordinate_size_px
+            } else {
+                [self.settings.cache_columns, self.settings.cache_rows]
+            };
+            let height = width * share[1] as f32 / share[0] as f32;
+            ui.image((texture, egui::vec2(width, height)));
+        }
+    }
+}
+
+fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
+    egui::CollapsingHeader::new(title).default_open(open).show(ui, contents);
+}
+
+fn slider(value: &mut f64, least: f64, most: f64) -> Slider<'_> {
+    Slider::new(value, least..=most).logarithmic(true).max_decimals(2)
+}
+
+fn cache_choice(ui: &mut Ui, settings: &mut RendererSettings) {
+    let (columns, rows) = (settings.cache_columns, settings.cache_rows);
+    egui::ComboBox::from_label("cache (slots)")
+        .selected_text(format!("{columns} x {rows}"))
+        .show_ui(ui, |ui| {
+            for side in CACHE_SIDES {
+                let chosen = (columns, rows) == (side, side);
+                if ui.selectable_label(chosen, format!("{side} x {side}")).clicked() {
+                    (settings.cache_columns, settings.cache_rows) = (side, side);
+                    settings.max_tiles = (side * side) as usize;
+                }
+            }
+        });
+}
+
+fn numbers(ui: &mut Ui, record: &FrameRecord, mean_bytes: f64) {
+    let gpu = record.gpu_ms.map_or("not measured".to_owned(), |ms| format!("{ms:.1} ms"));
+    let age = record.region_age_frames.map_or("-".to_owned(), |age| format!("{age} frames"));
+    let missing = RichText::new(record.tiles_missing.to_string());
+    let missing = if record.tiles_missing > 0 { missing.color(Color32::YELLOW) } else { missing };
+    let rows: [(&str, RichText); 10] = [
+        ("strategy", record.strategy.as_str().into()),
+        ("frame", format!("{:.1} ms", record.frame_ms).into()),
+        ("CPU, selection", format!("{:.2} ms, {:.3} ms", record.cpu_ms, record.select_ms).into()),
+        ("GPU", gpu.into()),
+        (
+            "tiles selected",
+            format!("{} to level {}", record.tiles_selected, record.finest_level).into(),
+        ),
+        ("new, evicted", format!("{}, {}", record.tiles_new, record.tiles_evicted).into()),
+        ("missing", missing),
+        ("region's age", age.into()),
+        ("bytes", bytes(record.upload_bytes + record.readback_bytes).into()),
+        ("mean bytes", bytes(mean_bytes as u64).into()),
+    ];
+    Grid::new("numbers").num_columns(2).striped(true).show(ui, |ui| {
+        for (name, value) in rows {
+            ui.label(name);
+            ui.label(value);
+            ui.end_row();
+        }
+    });
+}
+
+fn about(ui: &mut Ui, manifest: &Manifest) {
+    let size_m = manifest.data_extent.size_m();
+    let range = manifest.heights.range;
+    ui.label(&manifest.crs.name);
+    ui.label(format!("{} x {}", metres(size_m.x), metres(size_m.y)));
+    ui.label(format!("heights {:.0} to {:.0} m", range.min_m, range.max_m));
+    let levels = |layout: &terrain_core::tiling::LayerLayout| {
+        format!("{} levels of {} texels", layout.level_count, layout.tile_size_texels)
+    };
+    ui.label(format!("DEM {}", levels(&manifest.heights.layout)));
+    match &manifest.colours {
+        Some(colours) => ui.label(format!("DOM {}", levels(&colours.layout))),
+        None => ui.label("no imagery"),
+    };
+    for line in manifest.sources.iter().chain(&manifest.notes) {
+        ui.label(RichText::new(line).weak());
+    }
+}
+
+fn help(ui: &mut Ui) {
+    Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
+        for (keys, effect) in HELP {
+            ui.label(RichText::new(keys).strong());
+            ui.label(effect);
+            ui.end_row();
+        }
+    });
+}
+
+/// A length in metres or kilometres, whichever is shorter to read.
+fn metres(length_m: f64) -> String {
+    if length_m.abs() < 10_000.0 {
+        format!("{length_m:.0} m")
+    } else {
+        format!("{:.1} km", length_m / 1_000.0)
+    }
+}
+
+/// An amount of data in the unit that reads best.
+fn bytes(count: u64) -> String {
+    match count {
+        0..1024 => format!("{count} B"),
+        1024..1_048_576 => format!("{:.1} KiB", count as f64 / 1024.0),
+        _ => format!("{:.1} MiB", count as f64 / 1_048_576.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_and_amounts_read_well() {
+        assert_eq!(metres(812.4), "812 m");
+        assert_eq!(metres(12_345.0), "12.3 km");
+        assert_eq!(bytes(0), "0 B");
+        assert_eq!(bytes(135_000), "131.8 KiB");
+        assert_eq!(bytes(3 << 20), "3.0 MiB");
+    }
+}
