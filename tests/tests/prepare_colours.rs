@@ -1,5 +1,7 @@
 //! Pictures through the whole of preparing and back, and how they lie on the heights.
 
+#![expect(clippy::unwrap_used, reason = "a case fails by panicking")]
+
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 

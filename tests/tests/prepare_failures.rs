@@ -1,5 +1,7 @@
 //! What preparing refuses: one line that names the file and the cause, and nothing left behind.
 
+#![expect(clippy::unwrap_used, reason = "a case fails by panicking")]
+
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 

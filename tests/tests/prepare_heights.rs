@@ -1,5 +1,7 @@
 //! Heights through the whole of preparing and back, against arithmetic by hand.
 
+#![expect(clippy::unwrap_used, reason = "a case fails by panicking")]
+
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
