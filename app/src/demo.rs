@@ -15,6 +15,10 @@ const SOURCES: &str = "data/demo";
 const DATASET: &str = ".dataset/demo";
 const HEIGHTS: &str = "dem.tif";
 const COLOURS: &str = "dom.tif";
+/// World Mercator, which keeps the shapes of mountains true.
+const EPSG: u32 = 3395;
+/// Thousands of kilometres with cells of nine: mountains need some help to be seen.
+const EXAGGERATION: f64 = 25.0;
 
 /// The demo, ready to be drawn.
 pub struct Demo {
@@ -39,7 +43,7 @@ impl Demo {
             Err(_) => prepare_at(&root, &folder)?,
         };
         let source = Arc::new(dataset);
-        Ok(Self { source, title: "Demo".to_owned(), exaggeration: 10.0 })
+        Ok(Self { source, title: "Eurasia".to_owned(), exaggeration: EXAGGERATION })
     }
 }
 
@@ -64,11 +68,14 @@ fn prepare_at(root: &Path, folder: &Path) -> anyhow::Result<Dataset> {
         std::fs::create_dir_all(parent).with_context(failed)?;
     }
     let sources = root.join(SOURCES);
-    let request = PrepareRequest::new(
-        vec![sources.join(HEIGHTS)],
-        vec![sources.join(COLOURS)],
-        folder.to_owned(),
-    );
+    let request = PrepareRequest {
+        epsg: Some(EPSG),
+        ..PrepareRequest::new(
+            vec![sources.join(HEIGHTS)],
+            vec![sources.join(COLOURS)],
+            folder.to_owned(),
+        )
+    };
     prepare(&request, &NoProgress, &AtomicBool::new(false))?;
     Ok(Dataset::open(folder)?)
 }
