@@ -1,6 +1,12 @@
 // Draws the displaced mesh: imagery of the finest cached tile, lit by the slopes, seen through haze.
 // needs: common/frame.wgsl common/tile_lookup.wgsl common/surface_sample.wgsl common/colour_sample.wgsl common/atmosphere.wgsl
 
+// Fixed when the pipeline is built, so that what is not wanted costs nothing.
+override HAS_COLOURS: bool = true;
+// Whether there is ground without data, to be left out.
+override HAS_VOIDS: bool = true;
+override DEBUG_VIEW: u32 = 0u;
+
 const DEBUG_TILE_BORDERS: u32 = 1u;
 const DEBUG_LEVELS: u32 = 2u;
 const DEBUG_SLOPES: u32 = 3u;
@@ -20,13 +26,11 @@ fn terrain_vertex(@location(0) relative_m: vec3<f32>, @location(1) tile_hints: u
 }
 
 // Where there is no imagery: tints by height, as on a relief map.
-fn tint_by_height(height_m: f32) -> vec3<f32> {
-    let span_m = max(frame.height_max_m - frame.height_min_m, 1.0);
-    let part = clamp((height_m - frame.height_min_m) / span_m, 0.0, 1.0);
-    let low = vec3<f32>(0.20, 0.32, 0.16);
-    let middle = vec3<f32>(0.46, 0.38, 0.24);
-    let high = vec3<f32>(0.80, 0.79, 0.76);
-    return select(mix(middle, high, part * 2.0 - 1.0), mix(low, middle, part * 2.0), part < 0.5);
+fn tint_by_height(relative_z_m: f32) -> vec3<f32> {
+    let part = clamp(relative_z_m * frame.tint_per_m + frame.tint_at_eye, 0.0, 1.0);
+    let low = vec3<f32>(0.19, 0.30, 0.15);
+    let high = vec3<f32>(0.80, 0.76, 0.70);
+    return low + (high - low) * part;
 }
 
 // Light on a slope relative to level ground, so that imagery on level ground keeps its colours.
@@ -58,18 +62,21 @@ fn terrain_fragment(in: TerrainVertex) -> @location(0) vec4<f32> {
 
     let height_entry = tile_entries[find_tile_near(frame.height_table, position, in.tile_hints & 0xffffu)];
     let height_place = texel_in_tile(height_entry, offset_m);
-    let footprint_m = sqrt(max(length(step_x_m), 1.0e-9) * max(length(step_y_m), 1.0e-9));
-    let surface = sample_slope(height_entry, height_place, footprint_m * height_entry.texels_per_m);
-    if surface.z < 0.5 {
-        discard;
+    // The footprint's two sides squared and multiplied: its geometric mean to the fourth power.
+    let footprint_m4 = dot(step_x_m, step_x_m) * dot(step_y_m, step_y_m);
+    let mip = 0.25 * log2(max(footprint_m4, 1.0e-30)) + log2(height_entry.texels_per_m);
+    let surface = sample_slope(height_entry, height_place, mip);
+    if HAS_VOIDS {
+        if surface.z < 0.5 {
+            discard;
+        }
     }
 
-    let height_m = in.relative_m.z / frame.vertical_exaggeration + frame.eye_height_rest_m + frame.eye_height_coarse_m;
-    var colour = tint_by_height(height_m);
+    var colour = tint_by_height(in.relative_m.z);
     var shown = height_entry;
     var place = height_place;
     var size = frame.height_tile_texels;
-    if frame.has_colours != 0u {
+    if HAS_COLOURS {
         let entry = tile_entries[find_tile_near(frame.colour_table, position, in.tile_hints >> 16u)];
         place = texel_in_tile(entry, offset_m);
         shown = entry;
@@ -79,17 +86,16 @@ fn terrain_fragment(in: TerrainVertex) -> @location(0) vec4<f32> {
         colour = mix(colour, imagery.rgb, imagery.a);
     }
     var shaded = colour * light(surface.xy);
-    if frame.debug_view == DEBUG_LEVELS {
+    if DEBUG_VIEW == DEBUG_LEVELS {
         shaded = mix(shaded, level_colour(tile_level(shown)), 0.45);
     }
-    if frame.debug_view == DEBUG_SLOPES {
+    if DEBUG_VIEW == DEBUG_SLOPES {
         shaded = vec3<f32>(light(surface.xy) * 0.6);
     }
-    if frame.debug_view == DEBUG_TILE_BORDERS || frame.debug_view == DEBUG_LEVELS {
+    if DEBUG_VIEW == DEBUG_TILE_BORDERS || DEBUG_VIEW == DEBUG_LEVELS {
         let pixel = (abs(step_x_m) + abs(step_y_m)) * shown.texels_per_m;
         shaded = mix(shaded, level_colour(tile_level(shown)), tile_border(place, size, pixel));
         return vec4<f32>(shaded, 1.0);
     }
-    let behind = sky_colour(vec3<f32>(in.relative_m.xy, 0.0) / max(length(in.relative_m), 1.0));
-    return vec4<f32>(mix(behind, shaded, in.clear), 1.0);
+    return vec4<f32>(mix(frame.haze_colour, shaded, in.clear), 1.0);
 }

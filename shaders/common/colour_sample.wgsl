@@ -12,20 +12,24 @@ fn colour_tap(entry: TileEntry, place: vec2<f32>, mip: f32) -> vec4<f32> {
     return textureSampleLevel(colour_atlas, atlas_sampler, uv, mip);
 }
 
+// Most taps along the longer axis of a pixel's footprint; 1 filters isotropically.
+override ANISOTROPY: u32 = 4u;
+
 // Imagery under a pixel whose footprint is spanned by `span_x` and `span_y` (texels a pixel step):
 // taps along the longer axis, each filtered to the shorter one (after the usual definition of
 // anisotropic filtering, as in EXT_texture_filter_anisotropic).
 fn sample_colour(entry: TileEntry, place: vec2<f32>, span_x: vec2<f32>, span_y: vec2<f32>) -> vec4<f32> {
-    let length_x = length(span_x);
-    let length_y = length(span_y);
-    let major = max(max(length_x, length_y), 1.0e-6);
-    let minor = max(min(length_x, length_y), 1.0e-6);
-    let taps = clamp(ceil(major / max(minor, 1.0)), 1.0, f32(frame.anisotropy));
-    let mip = clamp(log2(major / taps), 0.0, COARSEST_MIP);
-    if taps == 1.0 {
-        return colour_tap(entry, place, mip);
+    let square_x = dot(span_x, span_x);
+    let square_y = dot(span_y, span_y);
+    let major_square = max(max(square_x, square_y), 1.0e-12);
+    if ANISOTROPY == 1u {
+        return colour_tap(entry, place, clamp(0.5 * log2(major_square), 0.0, COARSEST_MIP));
     }
-    let axis = select(span_y, span_x, length_x > length_y);
+    let major = sqrt(major_square);
+    let minor = sqrt(max(min(square_x, square_y), 1.0));
+    let taps = clamp(ceil(major / minor), 1.0, f32(ANISOTROPY));
+    let mip = clamp(log2(major / taps), 0.0, COARSEST_MIP);
+    let axis = select(span_y, span_x, square_x > square_y);
     var sum = vec4<f32>(0.0);
     for (var i = 0.0; i < taps; i += 1.0) {
         sum += colour_tap(entry, place + axis * ((i + 0.5) / taps - 0.5), mip);

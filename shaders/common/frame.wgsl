@@ -36,16 +36,16 @@ struct FrameUniforms {
     haze_colour: vec3<f32>,
     eye_height_above_base_m: f32,
     zenith_colour: vec3<f32>,
-    debug_view: u32,
     height_min_m: f32,
-    height_max_m: f32,
+    // Part of the way from the lowest to the highest ground, at the eye and gained per metre up.
+    tint_at_eye: f32,
+    tint_per_m: f32,
     height_tile_texels: f32,
     colour_tile_texels: f32,
     height_gutter_texels: f32,
     colour_gutter_texels: f32,
     has_colours: u32,
-    anisotropy: u32,
-    height_table: TableRange,
+    @align(16) height_table: TableRange,
     colour_table: TableRange,
 }
 

@@ -4,9 +4,9 @@
 @group(1) @binding(3) var slope_atlas: texture_2d<f32>;
 @group(1) @binding(4) var atlas_sampler: sampler;
 
-// Slopes at a place in the tile, filtered to a footprint of `footprint_texels` texels.
-fn sample_slope(entry: TileEntry, place: vec2<f32>, footprint_texels: f32) -> vec3<f32> {
-    let mip = clamp(log2(max(footprint_texels, 1.0)), 0.0, COARSEST_MIP);
+// Slopes at a place in the tile, filtered to 2^mip texels.
+fn sample_slope(entry: TileEntry, place: vec2<f32>, wanted_mip: f32) -> vec3<f32> {
+    let mip = clamp(wanted_mip, 0.0, COARSEST_MIP);
     let texel = vec2<f32>(f32(entry.atlas_x), f32(entry.atlas_y)) + place;
     let uv = texel / vec2<f32>(textureDimensions(slope_atlas));
     return textureSampleLevel(slope_atlas, atlas_sampler, uv, mip).xyz;

@@ -35,6 +35,7 @@ pub fn frame_uniforms(
     let anchor = Anchor::of(tree, view.eye.truncate());
     let range = tree.height_ranges.range(crate::tiling::TileId::ROOT);
     let (height_min_m, height_max_m) = range.map_or((0.0, 0.0), |range| (range.min_m, range.max_m));
+    let tint_span_m = f64::from(height_max_m - height_min_m).max(1.0);
     let haze = Haze::of(tree, exaggeration);
     let (forward, right, up) = picture_axes(view);
     let from_eye = |corner: DVec2| (corner - view.eye.truncate()).as_vec2();
@@ -59,15 +60,14 @@ pub fn frame_uniforms(
         haze_colour: HAZE_COLOUR,
         zenith_colour: ZENITH_COLOUR,
         eye_height_above_base_m: (view.eye.z - f64::from(height_min_m) * exaggeration) as f32,
-        debug_view: settings.debug_view.code(),
         height_min_m,
-        height_max_m,
+        tint_at_eye: ((eye_height_m - f64::from(height_min_m)) / tint_span_m) as f32,
+        tint_per_m: (1.0 / (tint_span_m * exaggeration)) as f32,
         height_tile_texels: tree.heights.layout.tile_size_texels as f32,
         height_gutter_texels: tree.heights.layout.gutter_texels as f32,
         has_colours: u32::from(tree.colours.is_some()),
         colour_tile_texels: tree.colours.as_ref().map_or(0, |l| l.layout.tile_size_texels) as f32,
         colour_gutter_texels: tree.colours.as_ref().map_or(0, |l| l.layout.gutter_texels) as f32,
-        anisotropy: settings.anisotropy,
         ..FrameUniforms::default()
     }
 }

@@ -78,11 +78,11 @@ impl Default for RendererSettings {
             cache_rows: 6,
             max_tiles: 36,
             texel_px: 1.0,
-            triangle_px: 10.0,
+            triangle_px: 8.0,
             vertical_exaggeration: 1.0,
             upload_budget_bytes: 1 << 20,
             coordinate_size_px: [160, 90],
-            anisotropy: 4,
+            anisotropy: 8,
             shading_strength: 0.7,
             freeze_selection: false,
             debug_view: DebugView::Off,
@@ -93,6 +93,11 @@ impl Default for RendererSettings {
 }
 
 impl RendererSettings {
+    /// Settings for a GPU that is a program on the CPU, where triangles and filter taps are dear.
+    pub fn for_software() -> Self {
+        Self { triangle_px: 20.0, anisotropy: 1, ..Self::default() }
+    }
+
     /// The settings with every value brought into its range.
     pub fn checked(mut self) -> Self {
         // The lookup's tables number tiles with 16 bits; a texture has at most 16384 texels a side.
@@ -101,7 +106,7 @@ impl RendererSettings {
         let slots = (self.cache_columns * self.cache_rows) as usize;
         self.max_tiles = self.max_tiles.clamp(1, slots);
         self.texel_px = finite(self.texel_px, 1.0).clamp(0.1, 64.0);
-        self.triangle_px = finite(self.triangle_px, 10.0).clamp(1.0, 64.0);
+        self.triangle_px = finite(self.triangle_px, 8.0).clamp(1.0, 64.0);
         self.vertical_exaggeration = finite(self.vertical_exaggeration, 1.0).clamp(0.01, 1000.0);
         self.coordinate_size_px = self.coordinate_size_px.map(|size| size.clamp(8, 2048));
         self.anisotropy = self.anisotropy.clamp(1, 16);

@@ -581,6 +581,10 @@ impl TerrainRenderer {
             target: format,
             linear_lookup: scene.settings.lookup == LookupMethod::Linear,
             wireframe: scene.settings.wireframe,
+            has_colours: self.colours.is_some(),
+            has_voids: self.source.manifest().heights.has_voids,
+            anisotropy: scene.settings.anisotropy,
+            debug_view: scene.settings.debug_view,
         };
         let size_px = scene.view.viewport_px;
         let passes = match self.picture.take() {

@@ -53,6 +53,7 @@ impl AnalyticSource {
                 layout: heights,
                 encoding: HeightEncoding::Float,
                 step_m: 1.0,
+                has_voids: false,
                 range,
                 ranges: HeightRanges { levels: vec![vec![Some(range)]] },
             },

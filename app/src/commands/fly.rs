@@ -37,6 +37,10 @@ pub struct FlyArgs {
     #[arg(long, value_name = "FILE.json", conflicts_with = "headless")]
     record: Option<PathBuf>,
 
+    /// Close the window when the flight has been flown, unless somebody has taken the controls
+    #[arg(long, requires = "flight", conflicts_with = "headless")]
+    close_at_end: bool,
+
     /// Draw the flight without a window
     #[arg(long)]
     headless: bool,
@@ -118,6 +122,7 @@ fn fly_in_window(args: &FlyArgs, adapter: &AdapterChoice, scene: Scene) -> anyho
         settings,
         flight,
         plays_at_once,
+        closes_at_end: args.close_at_end,
         record_to: args.record.clone(),
     })
 }

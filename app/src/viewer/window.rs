@@ -58,6 +58,8 @@ pub struct TerrainWindow {
     scene_cache: Option<SceneCache>,
     deck: FlightDeck,
     record_to: Option<PathBuf>,
+    /// Close the window at the end of the flight that plays; not once the user has taken over.
+    closes_at_end: bool,
     history: FrameHistory,
     /// Which of the renderer's textures the panel shows, and its picture.
     debug_image: Option<DebugImage>,
@@ -113,6 +115,7 @@ impl TerrainWindow {
             scene_cache: None,
             deck,
             record_to: options.record_to.clone(),
+            closes_at_end: options.closes_at_end,
             history: FrameHistory::default(),
             debug_image: None,
             texture_view: None,
@@ -160,6 +163,7 @@ impl TerrainWindow {
 
     /// Stops a flight that plays: the user has taken the controls.
     pub(super) fn take_over(&mut self) {
+        self.closes_at_end = false;
         self.deck.stop();
     }
 
@@ -263,6 +267,9 @@ impl TerrainWindow {
 
     /// What the window needs after a frame.
     fn next(&mut self, ui_rests_for: Duration) -> Next {
+        if self.closes_at_end && !self.deck.is_playing() {
+            return Next::Close;
+        }
         let view = *self.controls.view();
         let moves = self.controls.is_moving() || self.deck.is_playing();
         if moves || self.renderer.needs_frame(&view) || ui_rests_for.is_zero() {

@@ -7,20 +7,23 @@ use serde::{Deserialize, Serialize};
 
 use crate::tiling::{TileId, TileSet};
 
+/// Runs of columns, first and last of each.
+type ColumnRuns = Vec<(u32, u32)>;
+
 /// What a tile archive says of itself: which tiles it holds, so that one read answers for all.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct ArchiveMetadata {
     /// Format of the payloads.
     pub format: String,
-    /// A row of tiles each: level, row, and the first and last columns of its runs.
-    pub present: Vec<(u8, u32, Vec<(u32, u32)>)>,
+    /// A row of tiles each: its level, its row, and the columns there are.
+    pub present: Vec<(u8, u32, ColumnRuns)>,
 }
 
 impl ArchiveMetadata {
     pub const FORMAT: &str = "terrain-tiles-1";
 
     fn of(present: &TileSet) -> Self {
-        let mut rows: BTreeMap<(u8, u32), Vec<(u32, u32)>> = BTreeMap::new();
+        let mut rows: BTreeMap<(u8, u32), ColumnRuns> = BTreeMap::new();
         for tile in present.iter() {
             let runs = rows.entry((tile.level, tile.row)).or_default();
             match runs.last_mut() {

@@ -57,10 +57,18 @@ pub struct HeightLayer {
     pub encoding: HeightEncoding,
     /// Metres a step of [`HeightEncoding::Steps`]; a power of two.
     pub step_m: f32,
+    /// Whether any ground within the data's extent holds no data.
+    #[serde(default = "yes")]
+    pub has_voids: bool,
     /// Range of all heights.
     pub range: HeightRange,
     /// Ranges of the coarse levels' tiles.
     pub ranges: HeightRanges,
+}
+
+/// What an older manifest is taken to say: drawing is then right, if slower.
+fn yes() -> bool {
+    true
 }
 
 /// The lowest and highest height of every tile of the coarsest levels.

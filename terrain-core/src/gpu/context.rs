@@ -163,6 +163,11 @@ impl GpuContext {
         Ok(Self { instance, adapter, device, queue, failure })
     }
 
+    /// Whether the adapter is a program on the CPU, such as Mesa's lavapipe.
+    pub fn is_software(&self) -> bool {
+        self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+    }
+
     /// Whether the device reads block-compressed textures.
     pub fn has_block_compression(&self) -> bool {
         self.device.features().contains(wgpu::Features::TEXTURE_COMPRESSION_BC)

@@ -30,7 +30,7 @@ impl CoordinatePass {
         let entries = ("coordinate_vertex", "coordinate_fragment");
         let mode = wgpu::PolygonMode::Fill;
         let pipeline =
-            surface_pipeline(device, bindings, &COORDINATES, entries, (format, false, mode));
+            surface_pipeline(device, bindings, &COORDINATES, entries, (format, &[], mode));
         let texture = |label, format, usage| {
             device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),

@@ -1,6 +1,7 @@
 use super::frame_bindings::FrameBindings;
 use super::mesh_buffers::MeshBuffers;
 use super::shader_library::DISPLACE;
+use super::terrain_pass::flag;
 
 /// Displaces the visible blocks of a mesh by the cached heights.
 pub(crate) struct DisplacePass {
@@ -28,7 +29,7 @@ impl DisplacePass {
             module: &DISPLACE.module(device),
             entry_point: Some("displace"),
             compilation_options: wgpu::PipelineCompilationOptions {
-                constants: &[("LINEAR_LOOKUP", f64::from(u8::from(linear_lookup)))],
+                constants: &[("LINEAR_LOOKUP", flag(linear_lookup))],
                 ..Default::default()
             },
             cache: None,

@@ -16,11 +16,11 @@ pub struct TableRange {
 
 /// Declares the struct and the list of its members' names, which a test holds against the shader.
 macro_rules! uniforms {
-    ($(#[$meta:meta])* pub struct $name:ident { $(pub $member:ident: $type:ty,)+ }) => {
+    ($(#[$meta:meta])* pub struct $name:ident { $($(#[$attribute:meta])* pub $member:ident: $type:ty,)+ }) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
         #[expect(missing_docs, reason = "explained in common/frame.wgsl")]
-        pub struct $name { $(pub $member: $type,)+ }
+        pub struct $name { $($(#[$attribute])* pub $member: $type,)+ }
 
         #[cfg(test)]
         impl $name {
@@ -53,15 +53,15 @@ pub struct FrameUniforms {
     pub haze_colour: Vec3,
     pub eye_height_above_base_m: f32,
     pub zenith_colour: Vec3,
-    pub debug_view: u32,
     pub height_min_m: f32,
-    pub height_max_m: f32,
+    pub tint_at_eye: f32,
+    pub tint_per_m: f32,
     pub height_tile_texels: f32,
     pub colour_tile_texels: f32,
     pub height_gutter_texels: f32,
     pub colour_gutter_texels: f32,
     pub has_colours: u32,
-    pub anisotropy: u32,
+    #[shader(align(16))]
     pub height_table: TableRange,
     pub colour_table: TableRange,
 }

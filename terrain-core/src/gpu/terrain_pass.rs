@@ -2,6 +2,7 @@ use super::DEPTH_FORMAT;
 use super::frame_bindings::FrameBindings;
 use super::mesh_buffers::MeshBuffers;
 use super::shader_library::{Shader, TERRAIN};
+use crate::renderer_settings::DebugView;
 use crate::surface::{CircularMesh, MeshBlock};
 
 /// What decides how the terrain's pipeline is built.
@@ -10,6 +11,30 @@ pub(crate) struct TerrainPassSettings {
     pub target: wgpu::TextureFormat,
     pub linear_lookup: bool,
     pub wireframe: bool,
+    pub has_colours: bool,
+    /// Whether there is ground without data, which is then left out of the picture. Without, hidden
+    /// ground is not even shaded.
+    pub has_voids: bool,
+    pub anisotropy: u32,
+    pub debug_view: DebugView,
+}
+
+impl TerrainPassSettings {
+    /// The values of the shader's `override` constants.
+    fn constants(&self) -> [(&'static str, f64); 5] {
+        [
+            ("LINEAR_LOOKUP", flag(self.linear_lookup)),
+            ("HAS_COLOURS", flag(self.has_colours)),
+            ("HAS_VOIDS", flag(self.has_voids)),
+            ("ANISOTROPY", f64::from(self.anisotropy)),
+            ("DEBUG_VIEW", f64::from(self.debug_view.code())),
+        ]
+    }
+}
+
+/// A flag as the value of an `override` constant.
+pub(super) fn flag(value: bool) -> f64 {
+    f64::from(u8::from(value))
 }
 
 /// Draws the displaced mesh.
@@ -33,7 +58,7 @@ impl TerrainPass {
             bindings,
             &TERRAIN,
             entries,
-            (settings.target, settings.linear_lookup, mode),
+            (settings.target, &settings.constants(), mode),
         );
         Self { pipeline }
     }
@@ -57,7 +82,7 @@ pub(super) fn surface_pipeline(
     bindings: &FrameBindings,
     shader: &Shader,
     (vertex_entry, fragment_entry): (&str, &str),
-    (target, linear_lookup, polygon_mode): (wgpu::TextureFormat, bool, wgpu::PolygonMode),
+    (target, constants, polygon_mode): (wgpu::TextureFormat, &[(&str, f64)], wgpu::PolygonMode),
 ) -> wgpu::RenderPipeline {
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(shader.name),
@@ -65,9 +90,7 @@ pub(super) fn surface_pipeline(
         immediate_size: 0,
     });
     let module = shader.module(device);
-    let constants = [("LINEAR_LOOKUP", f64::from(u8::from(linear_lookup)))];
-    let options =
-        || wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+    let options = || wgpu::PipelineCompilationOptions { constants, ..Default::default() };
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(shader.name),
         layout: Some(&layout),

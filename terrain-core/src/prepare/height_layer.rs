@@ -62,7 +62,7 @@ pub fn write_heights(
     archive.finish()?;
     let ranges = ranges.finish();
     let range = ranges.range(TileId::ROOT).unwrap_or(source_range);
-    let layer = HeightLayer { layout, encoding, step_m, range, ranges };
+    let layer = HeightLayer { layout, encoding, step_m, has_voids: true, range, ranges };
     Ok(WrittenHeights { layer, present, payload_bytes, voids })
 }
 

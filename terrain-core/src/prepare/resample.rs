@@ -238,7 +238,7 @@ impl Input {
             || from.y >= height
             || to.y <= 0.0
             || (self.mosaic.columns_round().is_none() && (from.x >= width || to.x <= 0.0));
-        (!apart).then(|| SignedWindow {
+        (!apart).then_some(SignedWindow {
             column: from.x as i64,
             row: from.y as i64,
             width: size.x as usize,

@@ -206,7 +206,7 @@ mod tests {
             let finest: Vec<f32> = (0..width * height)
                 .map(|i| {
                     let word = (i as u32 + seed).wrapping_mul(2_654_435_761) >> 16;
-                    if word % 7 == 0 { f32::NAN } else { word as f32 / 64.0 }
+                    if word.is_multiple_of(7) { f32::NAN } else { word as f32 / 64.0 }
                 })
                 .collect();
             let mut tiles = HashMap::new();
