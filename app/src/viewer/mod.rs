@@ -13,6 +13,7 @@ mod surface;
 mod texture_view;
 mod ui_layer;
 mod window;
+mod window_actions;
 mod window_input;
 
 use std::path::PathBuf;
