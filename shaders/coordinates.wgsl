@@ -16,8 +16,8 @@ fn coordinate_vertex(@location(0) relative_m: vec3<f32>, @location(1) tile_hints
 @fragment
 fn coordinate_fragment(in: CoordinateVertex) -> @location(0) vec4<f32> {
     let position = fixed_from_offset(in.relative_m.xy);
-    let entry = tile_entries[find_tile_near(frame.height_table, position, in.tile_hints & 0xffffu)];
-    let surface = sample_slope(entry, texel_in_tile(entry, in.relative_m.xy), 0.0);
+    let entry = tile_entries[find_tile_near(frame.height_table, position, height_hint(in.tile_hints))];
+    let surface = sample_slope(entry.place, texel_in_tile(entry.place, in.relative_m.xy), 0.0);
     if surface.z < 0.5 {
         discard;
     }

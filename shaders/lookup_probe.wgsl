@@ -19,6 +19,7 @@ struct ProbeAnswer {
     weight: f32,
     place_x: f32,
     place_y: f32,
+    cell: u32,
 }
 
 @group(2) @binding(0) var<storage, read> points: array<ProbePoint>;
@@ -32,12 +33,12 @@ fn probe(@builtin(global_invocation_id) id: vec3<u32>) {
     let point = points[id.x];
     let offset_m = vec2<f32>(point.east_m, point.north_m);
     let position = fixed_from_offset(offset_m);
-    let found = find_tile_descend(frame.height_table, position);
-    let entry = tile_entries[found];
+    let found = descend(frame.height_table, position);
+    let entry = tile_entries[found.entry].place;
     let place = texel_in_tile(entry, offset_m);
     let sample = sample_height(entry, place, point.spacing_m);
     answers[id.x] = ProbeAnswer(
         position.x, position.y,
-        find_tile_linear(frame.height_table, position), found,
-        sample.x, sample.y, place.x, place.y);
+        find_tile_linear(frame.height_table, position), found.entry,
+        sample.x, sample.y, place.x, place.y, found.cell);
 }

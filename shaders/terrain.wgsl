@@ -7,22 +7,47 @@ override HAS_COLOURS: bool = true;
 override HAS_VOIDS: bool = true;
 override DEBUG_VIEW: u32 = 0u;
 
-const DEBUG_TILE_BORDERS: u32 = 1u;
+const DEBUG_OFF: u32 = 0u;
 const DEBUG_LEVELS: u32 = 2u;
 const DEBUG_SLOPES: u32 = 3u;
 
-struct TerrainVertex {
+// A triangle that lies in one tile of each layer as a whole: the tiles come with its first vertex,
+// and its fragments look nothing up.
+struct WithinVertex {
     @builtin(position) clip: vec4<f32>,
     @location(0) relative_m: vec3<f32>,
     // Part of the ground's light that comes through the air.
+    @location(1) clear: f32,
+    @location(2) @interpolate(flat) height_ground: vec3<f32>,
+    @location(3) @interpolate(flat) colour_ground: vec3<f32>,
+    @location(4) @interpolate(flat) atlas_texels: vec2<u32>,
+}
+
+@vertex
+fn vertex_within(
+    @location(0) relative_m: vec3<f32>,
+    @location(2) height_ground: vec3<f32>,
+    @location(3) height_texel: u32,
+    @location(4) colour_ground: vec3<f32>,
+    @location(5) colour_texel: u32,
+) -> WithinVertex {
+    let clip = frame.clip_from_relative * vec4<f32>(relative_m, 1.0);
+    let texels = vec2<u32>(height_texel, colour_texel);
+    return WithinVertex(clip, relative_m, transmittance(relative_m), height_ground, colour_ground, texels);
+}
+
+// A triangle across the border of tiles: each fragment looks its own tiles up.
+struct AcrossVertex {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) relative_m: vec3<f32>,
     @location(1) clear: f32,
     @location(2) @interpolate(flat) tile_hints: u32,
 }
 
 @vertex
-fn terrain_vertex(@location(0) relative_m: vec3<f32>, @location(1) tile_hints: u32) -> TerrainVertex {
+fn vertex_across(@location(0) relative_m: vec3<f32>, @location(1) tile_hints: u32) -> AcrossVertex {
     let clip = frame.clip_from_relative * vec4<f32>(relative_m, 1.0);
-    return TerrainVertex(clip, relative_m, transmittance(relative_m), tile_hints);
+    return AcrossVertex(clip, relative_m, transmittance(relative_m), tile_hints);
 }
 
 // Where there is no imagery: tints by height, as on a relief map.
@@ -52,53 +77,93 @@ fn tile_border(place: vec2<f32>, size: f32, pixel: vec2<f32>) -> f32 {
     return 1.0 - smoothstep(0.5, 1.5, min(to_border.x, to_border.y));
 }
 
+// A pixel on the ground: metres east and north of the eye, and how they change to the next pixels.
+// Gradients of the continuous coordinate do not jump where the tile changes.
+struct Footprint {
+    offset_m: vec2<f32>,
+    step_x_m: vec2<f32>,
+    step_y_m: vec2<f32>,
+}
+
+// Slopes and coverage under the footprint. Without coverage the fragment is left out.
+fn surface_under(tile: TilePlace, pixel: Footprint) -> vec3<f32> {
+    // The footprint's two sides squared and multiplied: its geometric mean to the fourth power.
+    let footprint_m4 = dot(pixel.step_x_m, pixel.step_x_m) * dot(pixel.step_y_m, pixel.step_y_m);
+    let mip = 0.25 * log2(max(footprint_m4, 1.0e-30)) + log2(tile.texels_per_m);
+    return sample_slope(tile, texel_in_tile(tile, pixel.offset_m), mip);
+}
+
+fn imagery_under(tile: TilePlace, pixel: Footprint) -> vec4<f32> {
+    let flip = vec2<f32>(tile.texels_per_m, -tile.texels_per_m);
+    let place = texel_in_tile(tile, pixel.offset_m);
+    return sample_colour(tile, place, pixel.step_x_m * flip, pixel.step_y_m * flip);
+}
+
+// The picture's colour of ground lit by its slope, seen through the air.
+fn ground_colour(bare: vec3<f32>, slope: vec2<f32>, clear: f32) -> vec4<f32> {
+    return vec4<f32>(mix(frame.haze_colour, bare * light(slope), clear), 1.0);
+}
+
+// The picture with what the debug view shows. Where borders are drawn there is no haze over them.
+fn debug_colour(bare: vec3<f32>, lit: f32, shown: TileEntry, pixel: Footprint, size: f32, clear: f32) -> vec4<f32> {
+    if DEBUG_VIEW == DEBUG_SLOPES {
+        return vec4<f32>(mix(frame.haze_colour, vec3<f32>(lit * 0.6), clear), 1.0);
+    }
+    let hue = level_colour(tile_level(shown));
+    let shaded = mix(bare * lit, hue, select(0.0, 0.45, DEBUG_VIEW == DEBUG_LEVELS));
+    let pixel_texels = (abs(pixel.step_x_m) + abs(pixel.step_y_m)) * shown.place.texels_per_m;
+    let place = texel_in_tile(shown.place, pixel.offset_m);
+    return vec4<f32>(mix(shaded, hue, tile_border(place, size, pixel_texels)), 1.0);
+}
+
 @fragment
-fn terrain_fragment(in: TerrainVertex) -> @location(0) vec4<f32> {
+fn fragment_within(in: WithinVertex) -> @location(0) vec4<f32> {
     let offset_m = in.relative_m.xy;
-    // Gradients of the continuous coordinate: they do not jump where the tile changes.
-    let step_x_m = dpdx(offset_m);
-    let step_y_m = dpdy(offset_m);
+    let pixel = Footprint(offset_m, dpdx(offset_m), dpdy(offset_m));
+    let height_tile = TilePlace(in.height_ground.xy, in.height_ground.z, in.atlas_texels.x);
+    let surface = surface_under(height_tile, pixel);
+    if HAS_VOIDS {
+        if surface.z < 0.5 {
+            discard;
+        }
+    }
+    var bare = tint_by_height(in.relative_m.z);
+    if HAS_COLOURS {
+        let colour_tile = TilePlace(in.colour_ground.xy, in.colour_ground.z, in.atlas_texels.y);
+        let imagery = imagery_under(colour_tile, pixel);
+        bare = mix(bare, imagery.rgb, imagery.a);
+    }
+    return ground_colour(bare, surface.xy, in.clear);
+}
+
+@fragment
+fn fragment_across(in: AcrossVertex) -> @location(0) vec4<f32> {
+    let offset_m = in.relative_m.xy;
+    var pixel = Footprint(offset_m, dpdx(offset_m), dpdy(offset_m));
     let position = fixed_from_offset(offset_m);
 
-    let height_entry = tile_entries[find_tile_near(frame.height_table, position, in.tile_hints & 0xffffu)];
-    let height_place = texel_in_tile(height_entry, offset_m);
-    // The footprint's two sides squared and multiplied: its geometric mean to the fourth power.
-    let footprint_m4 = dot(step_x_m, step_x_m) * dot(step_y_m, step_y_m);
-    let mip = 0.25 * log2(max(footprint_m4, 1.0e-30)) + log2(height_entry.texels_per_m);
-    let surface = sample_slope(height_entry, height_place, mip);
+    let height_entry = tile_entries[find_tile_near(frame.height_table, position, height_hint(in.tile_hints))];
+    let surface = surface_under(height_entry.place, pixel);
     if HAS_VOIDS {
         if surface.z < 0.5 {
             discard;
         }
     }
 
-    var colour = tint_by_height(in.relative_m.z);
+    var bare = tint_by_height(in.relative_m.z);
     var shown = height_entry;
-    var place = height_place;
     var size = frame.height_tile_texels;
     if HAS_COLOURS {
-        let entry = tile_entries[find_tile_near(frame.colour_table, position, in.tile_hints >> 16u)];
-        // Imagery ends with the data; its outermost texels go on to the very edge.
-        let half_texel_m = vec2<f32>(0.5 / entry.texels_per_m);
-        let inside_m = clamp(offset_m, frame.data_min_from_eye_m + half_texel_m, frame.data_max_from_eye_m - half_texel_m);
-        place = texel_in_tile(entry, inside_m);
-        shown = entry;
+        shown = tile_entries[find_tile_near(frame.colour_table, position, colour_hint(in.tile_hints))];
         size = frame.colour_tile_texels;
-        let flip = vec2<f32>(entry.texels_per_m, -entry.texels_per_m);
-        let imagery = sample_colour(entry, place, step_x_m * flip, step_y_m * flip);
-        colour = mix(colour, imagery.rgb, imagery.a);
+        // Imagery ends with the data; its outermost texels go on to the very edge.
+        let half_texel_m = vec2<f32>(0.5 / shown.place.texels_per_m);
+        pixel.offset_m = clamp(offset_m, frame.data_min_from_eye_m + half_texel_m, frame.data_max_from_eye_m - half_texel_m);
+        let imagery = imagery_under(shown.place, pixel);
+        bare = mix(bare, imagery.rgb, imagery.a);
     }
-    var shaded = colour * light(surface.xy);
-    if DEBUG_VIEW == DEBUG_LEVELS {
-        shaded = mix(shaded, level_colour(tile_level(shown)), 0.45);
+    if DEBUG_VIEW == DEBUG_OFF {
+        return ground_colour(bare, surface.xy, in.clear);
     }
-    if DEBUG_VIEW == DEBUG_SLOPES {
-        shaded = vec3<f32>(light(surface.xy) * 0.6);
-    }
-    if DEBUG_VIEW == DEBUG_TILE_BORDERS || DEBUG_VIEW == DEBUG_LEVELS {
-        let pixel = (abs(step_x_m) + abs(step_y_m)) * shown.texels_per_m;
-        shaded = mix(shaded, level_colour(tile_level(shown)), tile_border(place, size, pixel));
-        return vec4<f32>(shaded, 1.0);
-    }
-    return vec4<f32>(mix(frame.haze_colour, shaded, in.clear), 1.0);
+    return debug_colour(bare, light(surface.xy), shown, pixel, size, in.clear);
 }

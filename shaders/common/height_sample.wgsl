@@ -10,14 +10,14 @@ fn load_height(texel: vec2<i32>, mip: i32) -> f32 {
 
 // Bilinear height at a place in the tile (texels of mip 0), from one mip of its slot: x is the
 // height weighted by the data under the four texels, y that weight.
-fn bilinear_height(entry: TileEntry, place: vec2<f32>, mip: i32) -> vec2<f32> {
+fn bilinear_height(tile: TilePlace, place: vec2<f32>, mip: i32) -> vec2<f32> {
     let scale = 1.0 / f32(1 << u32(mip));
     let gutter = frame.height_gutter_texels * scale;
     let size = frame.height_tile_texels * scale;
     let at = clamp(place * scale, vec2<f32>(0.5 - gutter), vec2<f32>(size + gutter - 0.5)) - 0.5;
     let low = floor(at);
     let part = at - low;
-    let corner = vec2<i32>(vec2<u32>(entry.atlas_x, entry.atlas_y) >> vec2<u32>(u32(mip))) + vec2<i32>(low);
+    let corner = vec2<i32>(atlas_texel(tile) >> vec2<u32>(u32(mip))) + vec2<i32>(low);
     let h00 = load_height(corner, mip);
     let h10 = load_height(corner + vec2<i32>(1, 0), mip);
     let h01 = load_height(corner + vec2<i32>(0, 1), mip);
@@ -39,15 +39,15 @@ fn bilinear_height(entry: TileEntry, place: vec2<f32>, mip: i32) -> vec2<f32> {
 // Height relative to the coarse eye height, band-limited to `spacing_m`: trilinear between the two
 // mips whose texels bracket the spacing, so that a vertex sees no feature its mesh cannot carry.
 // Where a mip holds no data the next coarser one stands in; x is the height, y 0 where none had any.
-fn sample_height(entry: TileEntry, place: vec2<f32>, spacing_m: f32) -> vec2<f32> {
-    let mip = clamp(log2(max(spacing_m * entry.texels_per_m, 1.0e-6)), 0.0, COARSEST_MIP);
+fn sample_height(tile: TilePlace, place: vec2<f32>, spacing_m: f32) -> vec2<f32> {
+    let mip = clamp(log2(max(spacing_m * tile.texels_per_m, 1.0e-6)), 0.0, COARSEST_MIP);
     let fine = i32(floor(mip));
     let part = mip - floor(mip);
-    var near = bilinear_height(entry, place, fine);
+    var near = bilinear_height(tile, place, fine);
     if part == 0.0 && near.y > 0.0 {
         return near;
     }
-    let far = bilinear_height(entry, place, min(fine + 1, i32(COARSEST_MIP)));
+    let far = bilinear_height(tile, place, min(fine + 1, i32(COARSEST_MIP)));
     near.x = select(far.x, near.x, near.y > 0.0);
     let far_x = select(near.x, far.x, far.y > 0.0);
     return vec2<f32>(near.x + (far_x - near.x) * part, max(near.y, far.y));

@@ -5,9 +5,9 @@
 @group(1) @binding(4) var atlas_sampler: sampler;
 
 // Slopes at a place in the tile, filtered to 2^mip texels.
-fn sample_slope(entry: TileEntry, place: vec2<f32>, wanted_mip: f32) -> vec3<f32> {
+fn sample_slope(tile: TilePlace, place: vec2<f32>, wanted_mip: f32) -> vec3<f32> {
     let mip = clamp(wanted_mip, 0.0, COARSEST_MIP);
-    let texel = vec2<f32>(f32(entry.atlas_x), f32(entry.atlas_y)) + place;
+    let texel = vec2<f32>(atlas_texel(tile)) + place;
     let uv = texel / vec2<f32>(textureDimensions(slope_atlas));
     return textureSampleLevel(slope_atlas, atlas_sampler, uv, mip).xyz;
 }

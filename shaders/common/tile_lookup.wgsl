@@ -2,17 +2,22 @@
 // the paper's linear search through the table (sorted finest first), and a descent of the
 // quadtree over the cached tiles, which costs one load a level.
 
-struct TileEntry {
+// Where a tile lies, on the ground and in its atlas: all that sampling it takes.
+struct TilePlace {
     // The tile's north-west corner relative to the eye, metres east and north.
     origin_from_eye_m: vec2<f32>,
     texels_per_m: f32,
+    // North-west texel of the tile proper (inside its gutter) in the atlas: column, and row << 16.
+    atlas_texel: u32,
+}
+
+struct TileEntry {
+    place: TilePlace,
     // Bits 0 to 7: the level. Bit 8: no finer tile is cached anywhere below this one.
     level_flags: u32,
     column: u32,
     row: u32,
-    // North-west texel of the tile proper (inside its gutter) in the atlas.
-    atlas_x: u32,
-    atlas_y: u32,
+    padding: u32,
 }
 
 @group(1) @binding(0) var<storage, read> tile_entries: array<TileEntry>;
@@ -52,31 +57,41 @@ fn find_tile_linear(table: TableRange, position: vec2<i32>) -> u32 {
     return table.first_entry + table.entry_count - 1u;
 }
 
+struct FoundTile {
+    // Index of the tile's entry.
+    entry: u32,
+    // Index of the word the descent ended at. Its square of ground shows this one tile as a whole:
+    // nothing finer is cached anywhere in it.
+    cell: u32,
+}
+
 // A node is four words (north-west, north-east, south-west, south-east). The low half of a word is
 // the child's own node, 0 where nothing finer is cached; the high half is its entry plus one, 0
 // where the child itself is not cached.
-fn find_tile_descend(table: TableRange, position: vec2<i32>) -> u32 {
+fn descend(table: TableRange, position: vec2<i32>) -> FoundTile {
     let place = vec2<u32>(position);
     var word = table.root_word;
     var entry = word >> 16u;
     var shift = FIXED_BITS;
     var node = 0u;
+    var cell = 0u;
     loop {
         shift -= 1u;
         let quadrant = ((place.y >> shift) & 1u) * 2u + ((place.x >> shift) & 1u);
-        word = tile_nodes[table.first_node + node * 4u + quadrant];
+        cell = table.first_node + node * 4u + quadrant;
+        word = tile_nodes[cell];
         entry = select(entry, word >> 16u, (word >> 16u) != 0u);
         node = word & 0xffffu;
         if node == 0u || shift == 0u { break; }
     }
-    return table.first_entry + entry - 1u;
+    return FoundTile(table.first_entry + entry - 1u, cell);
 }
 
 fn find_tile(table: TableRange, position: vec2<i32>) -> u32 {
     if LINEAR_LOOKUP {
         return find_tile_linear(table, position);
     }
-    return find_tile_descend(table, position);
+    return descend(table, position).entry;
 }
 
 // The same answer, found at once where the point lies in the hinted tile and nothing finer is cached
@@ -96,9 +111,21 @@ fn pack_hints(height_entry: u32, colour_entry: u32) -> u32 {
     return height_entry | (colour_entry << 16u);
 }
 
+fn height_hint(hints: u32) -> u32 {
+    return hints & 0xffffu;
+}
+
+fn colour_hint(hints: u32) -> u32 {
+    return hints >> 16u;
+}
+
+fn atlas_texel(tile: TilePlace) -> vec2<u32> {
+    return vec2<u32>(tile.atlas_texel & 0xffffu, tile.atlas_texel >> 16u);
+}
+
 // Place of a point in its tile, in texels east and south of the tile's north-west corner.
 // Formula (3) of the tile-scheduling paper, in texels.
-fn texel_in_tile(entry: TileEntry, offset_m: vec2<f32>) -> vec2<f32> {
-    let from_corner_m = offset_m - entry.origin_from_eye_m;
-    return vec2<f32>(from_corner_m.x, -from_corner_m.y) * entry.texels_per_m;
+fn texel_in_tile(tile: TilePlace, offset_m: vec2<f32>) -> vec2<f32> {
+    let from_corner_m = offset_m - tile.origin_from_eye_m;
+    return vec2<f32>(from_corner_m.x, -from_corner_m.y) * tile.texels_per_m;
 }

@@ -17,7 +17,8 @@ use crate::frame_setup::{frame_uniforms, mesh_scale_m, reach_m};
 use crate::gpu::{
     CoordinateFeedback, CoordinatePass, DEPTH_FORMAT, DebugImage, DebugImagePass, DebugImageSource,
     DisplacePass, DisplacedMesh, FrameBindings, FrameTimer, GpuContext, GpuError, SkyPass,
-    TerrainCache, TerrainPass, TerrainPassSettings, depth_attachment, read_texture,
+    SortTrianglesPass, TerrainCache, TerrainPass, TerrainPassSettings, depth_attachment,
+    read_texture,
 };
 use crate::layer_loading::{LayerStreams, colour_format, load_colours, open_streams};
 use crate::measure::{ByteCause, FrameLedger, FrameRecord};
@@ -66,6 +67,7 @@ pub struct TerrainRenderer {
     cache: TerrainCache,
     bindings: FrameBindings,
     displace: DisplacePass,
+    sort_triangles: SortTrianglesPass,
     feedback: CoordinateFeedback,
     timer: FrameTimer,
     mesh: Option<DisplacedMesh>,
@@ -146,6 +148,7 @@ impl TerrainRenderer {
             FrameBindings::new(&gpu.device, &cache.table, &cache.heights, &cache.colours);
         let linear = settings.lookup == LookupMethod::Linear;
         let displace = DisplacePass::new(&gpu.device, &bindings, linear);
+        let sort_triangles = SortTrianglesPass::new(&gpu.device);
         let feedback = CoordinateFeedback::new(&gpu.device, &bindings, settings.coordinate_size_px);
         let timer = FrameTimer::new(&gpu.device, &gpu.queue);
         let mut renderer = Self {
@@ -161,6 +164,7 @@ impl TerrainRenderer {
             cache,
             bindings,
             displace,
+            sort_triangles,
             feedback,
             timer,
             mesh: None,
@@ -511,6 +515,7 @@ impl TerrainRenderer {
         let [low_m, high_m] = range
             .map_or([0.0; 2], |r| [r.min_m, r.max_m])
             .map(|height_m| f64::from(height_m) * exaggeration);
+        let passes = (&self.displace, &self.sort_triangles);
         for (mesh, factor) in
             [(&mut self.mesh, 1.0), (&mut self.coordinate_mesh, COORDINATE_TRIANGLE_FACTOR)]
         {
@@ -519,7 +524,7 @@ impl TerrainRenderer {
             let mesh = match mesh.take() {
                 Some(built) if built.serves(&wanted) => mesh.insert(built),
                 _ => {
-                    let built = DisplacedMesh::new(&self.gpu.device, &self.displace, wanted);
+                    let built = DisplacedMesh::new(&self.gpu.device, passes, wanted);
                     self.ledger.add(ByteCause::Mesh, built.sent_bytes());
                     self.displaced = None;
                     mesh.insert(built)
@@ -546,12 +551,13 @@ impl TerrainRenderer {
             timestamp_writes: self.timer.first_pass(measuring),
         });
         let fresh = self.displaced == Some(*scene);
-        let meshes = [
-            self.mesh.as_ref().filter(|_| !fresh),
-            self.coordinate_mesh.as_ref().filter(|_| coordinates),
-        ];
-        for mesh in meshes.into_iter().flatten() {
+        let picture_mesh = self.mesh.as_ref().filter(|_| !fresh);
+        let coordinate_mesh = self.coordinate_mesh.as_ref().filter(|_| coordinates);
+        for mesh in picture_mesh.into_iter().chain(coordinate_mesh) {
             mesh.displace(&mut pass, &self.displace, &self.bindings);
+        }
+        if let Some(mesh) = picture_mesh {
+            mesh.sort_triangles(&mut pass, &self.sort_triangles);
         }
         self.displaced = Some(*scene);
     }

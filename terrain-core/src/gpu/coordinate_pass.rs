@@ -79,7 +79,7 @@ impl CoordinatePass {
             ..Default::default()
         });
         pass.set_pipeline(&self.pipeline);
-        draw_blocks(&mut pass, bindings, mesh, visible);
+        draw_blocks(&mut pass, bindings, mesh, &mesh.1.indices, visible);
     }
 }
 

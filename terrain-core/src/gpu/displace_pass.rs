@@ -13,7 +13,7 @@ impl DisplacePass {
     const WORKGROUP: u32 = 64;
 
     pub fn new(device: &wgpu::Device, bindings: &FrameBindings, linear_lookup: bool) -> Self {
-        let mesh_layout = mesh_layout(device);
+        let mesh_layout = storage_layout(device, "mesh", &[true, true, true, false]);
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("displace"),
             bind_group_layouts: &[
@@ -40,18 +40,7 @@ impl DisplacePass {
     /// The bindings of one mesh.
     pub fn bind_mesh(&self, device: &wgpu::Device, mesh: &MeshBuffers) -> wgpu::BindGroup {
         let buffers = [&mesh.vertices, &mesh.blocks, &mesh.visible_blocks, &mesh.displaced];
-        let entries = (0..)
-            .zip(buffers)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
-            })
-            .collect::<Vec<_>>();
-        device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("mesh"),
-            layout: &self.mesh_layout,
-            entries: &entries,
-        })
+        bind_buffers(device, &self.mesh_layout, &buffers)
     }
 
     /// Records the displacement of the first `visible_count` blocks of the mesh's visible list.
@@ -75,9 +64,14 @@ impl DisplacePass {
     }
 }
 
-fn mesh_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let entries = [true, true, true, false].into_iter().zip(0..).map(|(read_only, binding)| {
-        wgpu::BindGroupLayoutEntry {
+/// A layout of storage buffers for compute, read-only or not.
+pub(super) fn storage_layout(
+    device: &wgpu::Device,
+    label: &str,
+    read_only: &[bool],
+) -> wgpu::BindGroupLayout {
+    let entries =
+        read_only.iter().zip(0..).map(|(&read_only, binding)| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
             ty: wgpu::BindingType::Buffer {
@@ -86,10 +80,25 @@ fn mesh_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
                 min_binding_size: None,
             },
             count: None,
-        }
-    });
+        });
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("mesh"),
+        label: Some(label),
         entries: &entries.collect::<Vec<_>>(),
     })
+}
+
+/// Binds whole buffers, numbered in their order.
+pub(super) fn bind_buffers(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    buffers: &[&wgpu::Buffer],
+) -> wgpu::BindGroup {
+    let entries = (0..)
+        .zip(buffers)
+        .map(|(binding, buffer)| wgpu::BindGroupEntry {
+            binding,
+            resource: buffer.as_entire_binding(),
+        })
+        .collect::<Vec<_>>();
+    device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }

@@ -1,6 +1,7 @@
 use super::displace_pass::DisplacePass;
 use super::frame_bindings::FrameBindings;
 use super::mesh_buffers::MeshBuffers;
+use super::sort_triangles_pass::SortTrianglesPass;
 use crate::surface::{CircularMesh, CircularMeshSettings};
 
 /// A circular mesh on the GPU together with what is visible of it.
@@ -8,6 +9,7 @@ pub(crate) struct DisplacedMesh {
     mesh: CircularMesh,
     buffers: MeshBuffers,
     bindings: wgpu::BindGroup,
+    sort_bindings: wgpu::BindGroup,
     settings: CircularMeshSettings,
     visible: Vec<u32>,
 }
@@ -16,13 +18,14 @@ impl DisplacedMesh {
     /// Builds the mesh and sends it.
     pub fn new(
         device: &wgpu::Device,
-        displace: &DisplacePass,
+        (displace, sort): (&DisplacePass, &SortTrianglesPass),
         settings: CircularMeshSettings,
     ) -> Self {
         let mesh = CircularMesh::build(&settings);
         let buffers = MeshBuffers::new(device, &mesh);
         let bindings = displace.bind_mesh(device, &buffers);
-        Self { mesh, buffers, bindings, settings, visible: Vec::new() }
+        let sort_bindings = sort.bind_mesh(device, &buffers);
+        Self { mesh, buffers, bindings, sort_bindings, settings, visible: Vec::new() }
     }
 
     /// The mesh as built.
@@ -69,6 +72,11 @@ impl DisplacedMesh {
     ) {
         let count = self.visible.len() as u32;
         displace.record(pass, bindings, &self.buffers, &self.bindings, count);
+    }
+
+    /// Records the sorting of the visible blocks' triangles, after their displacement.
+    pub fn sort_triangles(&self, pass: &mut wgpu::ComputePass<'_>, sort: &SortTrianglesPass) {
+        sort.record(pass, &self.buffers, &self.sort_bindings, self.visible.len() as u32);
     }
 
     /// The mesh and its buffers, for drawing.

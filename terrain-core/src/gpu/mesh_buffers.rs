@@ -1,28 +1,43 @@
 use wgpu::util::DeviceExt;
 
-use crate::surface::CircularMesh;
+use crate::surface::{CircularMesh, MeshBlock};
 
-/// The flat mesh on the GPU, sent once, and the buffer its displaced vertices are written to.
+/// The flat mesh on the GPU, sent once, and the buffers that the displaced vertices and the sorted
+/// triangles are written to.
 pub(crate) struct MeshBuffers {
     pub vertices: wgpu::Buffer,
     pub blocks: wgpu::Buffer,
     pub indices: wgpu::Buffer,
+    /// The triangles within one tile of each layer, the others shrunk to a point.
+    pub indices_within: wgpu::Buffer,
+    /// The other triangles, those within a tile shrunk to a point.
+    pub indices_across: wgpu::Buffer,
     pub displaced: wgpu::Buffer,
     pub visible_blocks: wgpu::Buffer,
     /// Largest number of vertices in a block.
     pub max_block_vertices: u32,
+    /// Largest number of triangles in a block.
+    pub max_block_triangles: u32,
     written_visible: Vec<u32>,
 }
 
 impl MeshBuffers {
-    /// Bytes of one displaced vertex: x, y, z relative to the eye and the hints of its tiles.
-    pub const VERTEX_BYTES: u64 = 16;
+    /// Bytes of one displaced vertex, `DisplacedVertex` of `common/mesh.wgsl`.
+    pub const VERTEX_BYTES: u64 = 56;
+    /// What the drawing passes read of it, in the order of the shaders' locations: x, y, z relative
+    /// to the eye; the hints of its tiles; ground and atlas texel of its height tile, and of its
+    /// colour tile.
+    pub const ATTRIBUTES: [wgpu::VertexAttribute; 6] = wgpu::vertex_attr_array![
+        0 => Float32x3, 1 => Uint32, 2 => Float32x3, 3 => Uint32, 4 => Float32x3, 5 => Uint32,
+    ];
 
     pub fn new(device: &wgpu::Device, mesh: &CircularMesh) -> Self {
         let blocks = mesh
             .blocks
             .iter()
-            .flat_map(|block| [block.vertex_start, block.vertex_count])
+            .flat_map(|block| {
+                [block.vertex_start, block.vertex_count, block.index_start, block.index_count]
+            })
             .collect::<Vec<u32>>();
         let init = |label, contents: &[u8], usage| {
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -39,11 +54,27 @@ impl MeshBuffers {
                 mapped_at_creation: false,
             })
         };
+        let index_bytes = size_of_val(mesh.indices.as_slice()) as u64;
+        let largest = |count: fn(&MeshBlock) -> u32| mesh.blocks.iter().map(count).max();
         use wgpu::BufferUsages as Usage;
         Self {
             vertices: init("mesh", bytemuck::cast_slice(&mesh.vertices), Usage::STORAGE),
             blocks: init("mesh blocks", bytemuck::cast_slice(&blocks), Usage::STORAGE),
-            indices: init("mesh indices", bytemuck::cast_slice(&mesh.indices), Usage::INDEX),
+            indices_within: empty(
+                "indices within tiles",
+                index_bytes,
+                Usage::STORAGE | Usage::INDEX,
+            ),
+            indices_across: empty(
+                "indices across tiles",
+                index_bytes,
+                Usage::STORAGE | Usage::INDEX,
+            ),
+            indices: init(
+                "mesh indices",
+                bytemuck::cast_slice(&mesh.indices),
+                Usage::STORAGE | Usage::INDEX,
+            ),
             displaced: empty(
                 "displaced vertices",
                 mesh.vertices.len() as u64 * Self::VERTEX_BYTES,
@@ -54,12 +85,8 @@ impl MeshBuffers {
                 mesh.blocks.len() as u64 * 4,
                 Usage::STORAGE | Usage::COPY_DST,
             ),
-            max_block_vertices: mesh
-                .blocks
-                .iter()
-                .map(|block| block.vertex_count)
-                .max()
-                .unwrap_or(0),
+            max_block_vertices: largest(|block| block.vertex_count).unwrap_or(0),
+            max_block_triangles: largest(|block| block.index_count / 3).unwrap_or(0),
             written_visible: Vec::new(),
         }
     }

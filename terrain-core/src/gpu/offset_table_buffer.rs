@@ -8,24 +8,33 @@ use super::frame_uniforms::TableRange;
 use crate::residency::OffsetTable;
 use crate::tiling::{LayerLayout, TilingScheme};
 
-/// One cached tile as the shaders see it: the twin of `TileEntry` in `common/tile_lookup.wgsl`.
+/// Where a tile lies, on the ground and in its atlas: the twin of `TilePlace` in
+/// `common/tile_lookup.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct TileEntry {
+pub struct TilePlace {
     /// North-west corner relative to the eye, metres east and north (difference taken in f64).
     pub origin_from_eye_m: [f32; 2],
     /// Texels a metre.
     pub texels_per_m: f32,
+    /// First texel of the tile proper in the atlas: its column in the low half, its row in the high.
+    pub atlas_texel: u32,
+}
+
+/// One cached tile as the shaders see it: the twin of `TileEntry` in `common/tile_lookup.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct TileEntry {
+    /// Where the tile lies.
+    pub place: TilePlace,
     /// Bits 0 to 7: level of the tile. Bit 8: no finer tile is cached below it.
     pub level_flags: u32,
     /// Column of the tile.
     pub column: u32,
     /// Row of the tile.
     pub row: u32,
-    /// First column of the tile proper in the atlas.
-    pub atlas_x: u32,
-    /// First row of the tile proper in the atlas.
-    pub atlas_y: u32,
+    /// Zero: the shaders' struct is a multiple of 8 bytes.
+    pub padding: u32,
 }
 
 impl TileEntry {
@@ -49,16 +58,22 @@ impl TableSource<'_> {
         self.table.entries.iter().map(move |entry| {
             let is_finest = !above_finer.contains(&entry.tile);
             let origin = scheme.tile_origin(entry.tile) - eye;
-            let [x, y] = self.grid.slot_origin_texels(entry.slot);
+            // A texture has at most 16384 texels a side: two coordinates fit in a word.
+            let [x, y] = self
+                .grid
+                .slot_origin_texels(entry.slot)
+                .map(|corner| corner + self.layout.gutter_texels);
             TileEntry {
-                origin_from_eye_m: origin.as_vec2().into(),
-                texels_per_m: (1.0 / self.layout.texel_size_m(scheme, entry.tile.level)) as f32,
+                place: TilePlace {
+                    origin_from_eye_m: origin.as_vec2().into(),
+                    texels_per_m: (1.0 / self.layout.texel_size_m(scheme, entry.tile.level)) as f32,
+                    atlas_texel: x | (y << 16),
+                },
                 level_flags: u32::from(entry.tile.level)
                     | if is_finest { TileEntry::IS_FINEST } else { 0 },
                 column: entry.tile.column,
                 row: entry.tile.row,
-                atlas_x: x + self.layout.gutter_texels,
-                atlas_y: y + self.layout.gutter_texels,
+                padding: 0,
             }
         })
     }

@@ -24,7 +24,9 @@ macro_rules! shader {
 }
 
 /// Displacement of the mesh's vertices.
-pub static DISPLACE: Shader = shader!("displace", "frame", "tile_lookup", "height_sample");
+pub static DISPLACE: Shader = shader!("displace", "frame", "tile_lookup", "height_sample", "mesh");
+/// Triangles within one tile told from those across a border.
+pub static SORT_TRIANGLES: Shader = shader!("sort_triangles", "frame", "tile_lookup", "mesh");
 /// The picture of the terrain.
 pub static TERRAIN: Shader =
     shader!("terrain", "frame", "tile_lookup", "surface_sample", "colour_sample", "atmosphere");
@@ -42,8 +44,9 @@ pub static LOOKUP_PROBE: Shader = shader!("lookup_probe", "frame", "tile_lookup"
 pub static DEBUG_IMAGE: Shader = shader!("debug_image");
 
 /// Every shader of the library, for tests that look at all of them.
-pub static ALL: [&Shader; 8] = [
+pub static ALL: [&Shader; 9] = [
     &DISPLACE,
+    &SORT_TRIANGLES,
     &TERRAIN,
     &SKY,
     &COORDINATES,

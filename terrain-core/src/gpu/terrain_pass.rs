@@ -39,7 +39,11 @@ pub(super) fn flag(value: bool) -> f64 {
 
 /// Draws the displaced mesh.
 pub(crate) struct TerrainPass {
-    pipeline: wgpu::RenderPipeline,
+    /// For triangles within one tile of each layer: most of them, and the fragments look nothing up.
+    /// `None` where the picture shows what only a lookup tells; then all are drawn as if across.
+    within: Option<wgpu::RenderPipeline>,
+    /// For triangles across the border of tiles.
+    across: wgpu::RenderPipeline,
 }
 
 impl TerrainPass {
@@ -51,16 +55,17 @@ impl TerrainPass {
     ) -> Self {
         let lines =
             settings.wireframe && device.features().contains(wgpu::Features::POLYGON_MODE_LINE);
-        let entries = ("terrain_vertex", "terrain_fragment");
         let mode = if lines { wgpu::PolygonMode::Line } else { wgpu::PolygonMode::Fill };
-        let pipeline = surface_pipeline(
-            device,
-            bindings,
-            &TERRAIN,
-            entries,
-            (settings.target, &settings.constants(), mode),
-        );
-        Self { pipeline }
+        let constants = settings.constants();
+        let pipeline = |entries| {
+            let options = (settings.target, constants.as_slice(), mode);
+            surface_pipeline(device, bindings, &TERRAIN, entries, options)
+        };
+        Self {
+            within: (settings.debug_view == DebugView::Off)
+                .then(|| pipeline(("vertex_within", "fragment_within"))),
+            across: pipeline(("vertex_across", "fragment_across")),
+        }
     }
 
     /// Draws the visible blocks of the mesh.
@@ -71,8 +76,17 @@ impl TerrainPass {
         (mesh, buffers): (&CircularMesh, &MeshBuffers),
         visible: &[u32],
     ) {
-        pass.set_pipeline(&self.pipeline);
-        draw_blocks(pass, bindings, (mesh, buffers), visible);
+        let mut draw = |pipeline, indices| {
+            pass.set_pipeline(pipeline);
+            draw_blocks(pass, bindings, (mesh, buffers), indices, visible);
+        };
+        match &self.within {
+            Some(within) => {
+                draw(within, &buffers.indices_within);
+                draw(&self.across, &buffers.indices_across);
+            }
+            None => draw(&self.across, &buffers.indices),
+        }
     }
 }
 
@@ -101,7 +115,7 @@ pub(super) fn surface_pipeline(
             buffers: &[Some(wgpu::VertexBufferLayout {
                 array_stride: MeshBuffers::VERTEX_BYTES,
                 step_mode: wgpu::VertexStepMode::Vertex,
-                attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32],
+                attributes: &MeshBuffers::ATTRIBUTES,
             })],
         },
         primitive: wgpu::PrimitiveState { polygon_mode, ..Default::default() },
@@ -124,18 +138,19 @@ pub(super) fn surface_pipeline(
     })
 }
 
-/// Draws the visible blocks with the pipeline that is set. Blocks that follow one another in the
+/// Draws the visible blocks, whose triangles `indices` lists, with the pipeline that is set. Blocks that follow one another in the
 /// index buffer are drawn together.
 pub(super) fn draw_blocks(
     pass: &mut wgpu::RenderPass<'_>,
     bindings: &FrameBindings,
     (mesh, buffers): (&CircularMesh, &MeshBuffers),
+    indices: &wgpu::Buffer,
     visible: &[u32],
 ) {
     pass.set_bind_group(0, &bindings.frame, &[]);
     pass.set_bind_group(1, &bindings.terrain, &[]);
     pass.set_vertex_buffer(0, buffers.displaced.slice(..));
-    pass.set_index_buffer(buffers.indices.slice(..), wgpu::IndexFormat::Uint32);
+    pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
     let ranges = visible.iter().filter_map(|&block| mesh.blocks.get(block as usize));
     for run in joined(ranges) {
         pass.draw_indexed(run, 0, 0..1);

@@ -100,6 +100,7 @@ struct ProbeAnswer {
     height_m: f32,
     weight: f32,
     place: [f32; 2],
+    cell: u32,
 }
 
 /// Runs the probe shader over the points.
@@ -223,6 +224,35 @@ fn the_lookup_gives_the_same_tile_on_both_bit_for_bit() {
         assert_eq!(answer.linear as usize, entry, "{point:?}");
         assert_eq!(answer.descended as usize, entry, "{point:?}");
     }
+}
+
+/// What lets a triangle whose vertices share a cell take one tile for all of its fragments.
+#[test]
+fn a_cell_shows_one_tile_and_is_a_square_of_the_quadtree() {
+    let Some(gpu) = gpu() else { return };
+    let scene = Scene::new(DVec2::ZERO);
+    let mut cells: HashMap<u32, Vec<ProbeAnswer>> = HashMap::new();
+    for answer in probe(&gpu, &scene, &points(&scene)) {
+        cells.entry(answer.cell).or_default().push(answer);
+    }
+    for (cell, answers) in &cells {
+        let spread = |axis: usize| {
+            let first = answers[0].fixed[axis];
+            answers.iter().fold(0, |bits, answer| bits | (answer.fixed[axis] ^ first))
+        };
+        // The smallest square of the quadtree that holds the cell's points shows no other tile.
+        let differing = (spread(0) | spread(1)) as u32;
+        let bits = u32::BITS - differing.leading_zeros();
+        let square = |answer: &ProbeAnswer| answer.fixed.map(|place| place >> bits);
+        let tile = answers[0].linear;
+        assert!(answers.iter().all(|answer| answer.linear == tile), "cell {cell}");
+        for (other, strangers) in cells.iter().filter(|(other, _)| *other != cell) {
+            let overlaps = |answer: &ProbeAnswer| square(answer) == square(&answers[0]);
+            assert!(!strangers.iter().any(overlaps), "cells {cell} and {other} overlap");
+        }
+    }
+    let shared = cells.values().filter(|answers| answers.len() > 1).count();
+    assert!(shared > 50, "too few cells hold several points: {shared}");
 }
 
 /// Height of the field's tile at a mip, box-filtered in f64, at a whole texel of that mip.
