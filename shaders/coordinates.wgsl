@@ -5,18 +5,17 @@
 struct CoordinateVertex {
     @builtin(position) clip: vec4<f32>,
     @location(0) relative_m: vec3<f32>,
-    @location(1) @interpolate(flat) tile_hints: u32,
 }
 
 @vertex
-fn coordinate_vertex(@location(0) relative_m: vec3<f32>, @location(1) tile_hints: u32) -> CoordinateVertex {
-    return CoordinateVertex(frame.clip_from_relative * vec4<f32>(relative_m, 1.0), relative_m, tile_hints);
+fn coordinate_vertex(@location(0) relative_m: vec3<f32>) -> CoordinateVertex {
+    return CoordinateVertex(frame.clip_from_relative * vec4<f32>(relative_m, 1.0), relative_m);
 }
 
 @fragment
 fn coordinate_fragment(in: CoordinateVertex) -> @location(0) vec4<f32> {
     let position = fixed_from_offset(in.relative_m.xy);
-    let entry = tile_entries[find_tile_near(frame.height_table, position, height_hint(in.tile_hints))];
+    let entry = tile_entries[find_tile(frame.height_table, position)];
     let surface = sample_slope(entry.place, texel_in_tile(entry.place, in.relative_m.xy), 0.0);
     if surface.z < 0.5 {
         discard;

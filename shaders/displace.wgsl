@@ -41,8 +41,7 @@ fn displaced(vertex: MeshVertex) -> DisplacedVertex {
     let lowest_m = frame.height_min_m - frame.eye_height_coarse_m;
     let above_coarse_m = select(lowest_m, sample.x, sample.y > 0.0);
     let z = (above_coarse_m - frame.eye_height_rest_m) * frame.vertical_exaggeration;
-    let hints = pack_hints(height.entry, colour.entry);
-    return DisplacedVertex(offset_m.x, offset_m.y, z, hints, tile, tile_entries[colour.entry].place, cells);
+    return DisplacedVertex(tile, tile_entries[colour.entry].place, cells, offset_m.x, offset_m.y, z);
 }
 
 @compute @workgroup_size(64)

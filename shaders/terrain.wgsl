@@ -26,10 +26,10 @@ struct WithinVertex {
 @vertex
 fn vertex_within(
     @location(0) relative_m: vec3<f32>,
-    @location(2) height_ground: vec3<f32>,
-    @location(3) height_texel: u32,
-    @location(4) colour_ground: vec3<f32>,
-    @location(5) colour_texel: u32,
+    @location(1) height_ground: vec3<f32>,
+    @location(2) height_texel: u32,
+    @location(3) colour_ground: vec3<f32>,
+    @location(4) colour_texel: u32,
 ) -> WithinVertex {
     let clip = frame.clip_from_relative * vec4<f32>(relative_m, 1.0);
     let texels = vec2<u32>(height_texel, colour_texel);
@@ -41,13 +41,12 @@ struct AcrossVertex {
     @builtin(position) clip: vec4<f32>,
     @location(0) relative_m: vec3<f32>,
     @location(1) clear: f32,
-    @location(2) @interpolate(flat) tile_hints: u32,
 }
 
 @vertex
-fn vertex_across(@location(0) relative_m: vec3<f32>, @location(1) tile_hints: u32) -> AcrossVertex {
+fn vertex_across(@location(0) relative_m: vec3<f32>) -> AcrossVertex {
     let clip = frame.clip_from_relative * vec4<f32>(relative_m, 1.0);
-    return AcrossVertex(clip, relative_m, transmittance(relative_m), tile_hints);
+    return AcrossVertex(clip, relative_m, transmittance(relative_m));
 }
 
 // Where there is no imagery: tints by height, as on a relief map.
@@ -109,11 +108,30 @@ fn debug_colour(bare: vec3<f32>, lit: f32, shown: TileEntry, pixel: Footprint, s
     if DEBUG_VIEW == DEBUG_SLOPES {
         return vec4<f32>(mix(frame.haze_colour, vec3<f32>(lit * 0.6), clear), 1.0);
     }
-    let hue = level_colour(tile_level(shown));
+    let hue = level_colour(shown.level);
     let shaded = mix(bare * lit, hue, select(0.0, 0.45, DEBUG_VIEW == DEBUG_LEVELS));
     let pixel_texels = (abs(pixel.step_x_m) + abs(pixel.step_y_m)) * shown.place.texels_per_m;
     let place = texel_in_tile(shown.place, pixel.offset_m);
     return vec4<f32>(mix(shaded, hue, tile_border(place, size, pixel_texels)), 1.0);
+}
+
+// Within one tile the places of a triangle's fragments are continuous, so that the sampler itself can
+// tell the mip from them. Where nothing finer than its isotropic filter is asked for, that will do: a
+// mip of its own for every fragment costs a software renderer half as much again.
+fn surface_within(tile: TilePlace, pixel: Footprint) -> vec3<f32> {
+    if ANISOTROPY == 1u {
+        let place = texel_in_tile(tile, pixel.offset_m);
+        return textureSample(slope_atlas, atlas_sampler, atlas_uv(tile, place, frame.height_uv_per_texel)).xyz;
+    }
+    return surface_under(tile, pixel);
+}
+
+fn imagery_within(tile: TilePlace, pixel: Footprint) -> vec4<f32> {
+    if ANISOTROPY == 1u {
+        let place = texel_in_tile(tile, pixel.offset_m);
+        return textureSample(colour_atlas, atlas_sampler, atlas_uv(tile, place, frame.colour_uv_per_texel));
+    }
+    return imagery_under(tile, pixel);
 }
 
 @fragment
@@ -121,7 +139,7 @@ fn fragment_within(in: WithinVertex) -> @location(0) vec4<f32> {
     let offset_m = in.relative_m.xy;
     let pixel = Footprint(offset_m, dpdx(offset_m), dpdy(offset_m));
     let height_tile = TilePlace(in.height_ground.xy, in.height_ground.z, in.atlas_texels.x);
-    let surface = surface_under(height_tile, pixel);
+    let surface = surface_within(height_tile, pixel);
     if HAS_VOIDS {
         if surface.z < 0.5 {
             discard;
@@ -130,7 +148,7 @@ fn fragment_within(in: WithinVertex) -> @location(0) vec4<f32> {
     var bare = tint_by_height(in.relative_m.z);
     if HAS_COLOURS {
         let colour_tile = TilePlace(in.colour_ground.xy, in.colour_ground.z, in.atlas_texels.y);
-        let imagery = imagery_under(colour_tile, pixel);
+        let imagery = imagery_within(colour_tile, pixel);
         bare = mix(bare, imagery.rgb, imagery.a);
     }
     return ground_colour(bare, surface.xy, in.clear);
@@ -142,7 +160,7 @@ fn fragment_across(in: AcrossVertex) -> @location(0) vec4<f32> {
     var pixel = Footprint(offset_m, dpdx(offset_m), dpdy(offset_m));
     let position = fixed_from_offset(offset_m);
 
-    let height_entry = tile_entries[find_tile_near(frame.height_table, position, height_hint(in.tile_hints))];
+    let height_entry = tile_entries[find_tile(frame.height_table, position)];
     let surface = surface_under(height_entry.place, pixel);
     if HAS_VOIDS {
         if surface.z < 0.5 {
@@ -154,7 +172,7 @@ fn fragment_across(in: AcrossVertex) -> @location(0) vec4<f32> {
     var shown = height_entry;
     var size = frame.height_tile_texels;
     if HAS_COLOURS {
-        shown = tile_entries[find_tile_near(frame.colour_table, position, colour_hint(in.tile_hints))];
+        shown = tile_entries[find_tile(frame.colour_table, position)];
         size = frame.colour_tile_texels;
         // Imagery ends with the data; its outermost texels go on to the very edge.
         let half_texel_m = vec2<f32>(0.5 / shown.place.texels_per_m);

@@ -7,8 +7,7 @@ fn colour_tap(tile: TilePlace, place: vec2<f32>, mip: f32) -> vec4<f32> {
     let coarsest = ceil(mip);
     let margin = frame.colour_gutter_texels - 0.5 * exp2(coarsest);
     let inside = clamp(place, vec2<f32>(-margin), vec2<f32>(frame.colour_tile_texels + margin));
-    let texel = vec2<f32>(atlas_texel(tile)) + inside;
-    let uv = texel / vec2<f32>(textureDimensions(colour_atlas));
+    let uv = atlas_uv(tile, inside, frame.colour_uv_per_texel);
     return textureSampleLevel(colour_atlas, atlas_sampler, uv, mip);
 }
 

@@ -42,6 +42,9 @@ struct FrameUniforms {
     tint_per_m: f32,
     height_tile_texels: f32,
     colour_tile_texels: f32,
+    // Parts of the atlases' sides that a texel is wide and high.
+    height_uv_per_texel: vec2<f32>,
+    colour_uv_per_texel: vec2<f32>,
     height_gutter_texels: f32,
     colour_gutter_texels: f32,
     has_colours: u32,

@@ -9,17 +9,16 @@ struct MeshBlock {
 }
 
 struct DisplacedVertex {
-    // Metres east, north and up from the eye.
-    x: f32,
-    y: f32,
-    z: f32,
-    // The cached tiles that hold the vertex; see pack_hints.
-    tile_hints: u32,
+    // The cached tiles that hold the vertex.
     height_tile: TilePlace,
     colour_tile: TilePlace,
     // The cells the lookups of both layers ended at, or NO_CELL: a triangle whose vertices share
     // them lies within its tiles as a whole.
     cells: vec2<u32>,
+    // Metres east, north and up from the eye.
+    x: f32,
+    y: f32,
+    z: f32,
 }
 
 const NO_CELL: u32 = 0xffffffffu;

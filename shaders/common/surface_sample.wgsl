@@ -7,7 +7,6 @@
 // Slopes at a place in the tile, filtered to 2^mip texels.
 fn sample_slope(tile: TilePlace, place: vec2<f32>, wanted_mip: f32) -> vec3<f32> {
     let mip = clamp(wanted_mip, 0.0, COARSEST_MIP);
-    let texel = vec2<f32>(atlas_texel(tile)) + place;
-    let uv = texel / vec2<f32>(textureDimensions(slope_atlas));
+    let uv = atlas_uv(tile, place, frame.height_uv_per_texel);
     return textureSampleLevel(slope_atlas, atlas_sampler, uv, mip).xyz;
 }

@@ -13,8 +13,7 @@ struct TilePlace {
 
 struct TileEntry {
     place: TilePlace,
-    // Bits 0 to 7: the level. Bit 8: no finer tile is cached anywhere below this one.
-    level_flags: u32,
+    level: u32,
     column: u32,
     row: u32,
     padding: u32,
@@ -24,12 +23,6 @@ struct TileEntry {
 @group(1) @binding(1) var<storage, read> tile_nodes: array<u32>;
 
 override LINEAR_LOOKUP: bool = false;
-
-const IS_FINEST_FLAG: u32 = 256u;
-
-fn tile_level(entry: TileEntry) -> u32 {
-    return entry.level_flags & 255u;
-}
 
 const FIXED_BITS: u32 = 30u;
 const FIXED_UNITS: i32 = 1073741824; // 2^30 a root side
@@ -48,7 +41,7 @@ fn find_tile_linear(table: TableRange, position: vec2<i32>) -> u32 {
     let place = vec2<u32>(position);
     for (var i = 0u; i < table.entry_count; i++) {
         let index = table.first_entry + i;
-        let shift = FIXED_BITS - tile_level(tile_entries[index]);
+        let shift = FIXED_BITS - tile_entries[index].level;
         if (place.x >> shift) == tile_entries[index].column && (place.y >> shift) == tile_entries[index].row {
             return index;
         }
@@ -94,33 +87,13 @@ fn find_tile(table: TableRange, position: vec2<i32>) -> u32 {
     return descend(table, position).entry;
 }
 
-// The same answer, found at once where the point lies in the hinted tile and nothing finer is cached
-// below it: points near one another mostly lie in the same tile.
-fn find_tile_near(table: TableRange, position: vec2<i32>, hint: u32) -> u32 {
-    let entry = tile_entries[hint];
-    let place = vec2<u32>(position) >> vec2<u32>(FIXED_BITS - tile_level(entry));
-    let is_inside = all(place == vec2<u32>(entry.column, entry.row));
-    if is_inside && (entry.level_flags & IS_FINEST_FLAG) != 0u {
-        return hint;
-    }
-    return find_tile(table, position);
-}
-
-// Two entry indices in one word, as the displacement hands them to the fragments.
-fn pack_hints(height_entry: u32, colour_entry: u32) -> u32 {
-    return height_entry | (colour_entry << 16u);
-}
-
-fn height_hint(hints: u32) -> u32 {
-    return hints & 0xffffu;
-}
-
-fn colour_hint(hints: u32) -> u32 {
-    return hints >> 16u;
-}
-
 fn atlas_texel(tile: TilePlace) -> vec2<u32> {
     return vec2<u32>(tile.atlas_texel & 0xffffu, tile.atlas_texel >> 16u);
+}
+
+// Where in its atlas a place in the tile (texels of level 0) lies, in parts of the atlas's sides.
+fn atlas_uv(tile: TilePlace, place: vec2<f32>, uv_per_texel: vec2<f32>) -> vec2<f32> {
+    return (vec2<f32>(vec2<i32>(atlas_texel(tile))) + place) * uv_per_texel;
 }
 
 // Place of a point in its tile, in texels east and south of the tile's north-west corner.

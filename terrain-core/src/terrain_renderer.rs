@@ -508,6 +508,8 @@ impl TerrainRenderer {
         let scale_m = mesh_scale_m(self.clearance_m(view));
         let mut uniforms = frame_uniforms(view, &self.tree, &scene.settings, scale_m);
         [uniforms.height_table, uniforms.colour_table] = tables.ranges;
+        uniforms.height_uv_per_texel = self.cache.heights.grid.uv_per_texel();
+        uniforms.colour_uv_per_texel = self.cache.colours.grid.uv_per_texel();
         let sent = self.bindings.set_uniforms(&self.gpu.queue, &uniforms);
         self.ledger.add(ByteCause::Uniform, sent);
         let range = self.tree.height_ranges.range(TileId::ROOT);

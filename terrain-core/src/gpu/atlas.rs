@@ -1,3 +1,5 @@
+use glam::Vec2;
+
 /// How a cache texture is cut into slots: `columns` by `rows` of square slots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct AtlasGrid {
@@ -17,6 +19,11 @@ impl AtlasGrid {
     /// Width and height of the whole texture.
     pub fn size_texels(&self) -> [u32; 2] {
         [self.columns * self.slot_size_texels, self.rows * self.slot_size_texels]
+    }
+
+    /// Parts of the texture's sides that a texel is wide and high.
+    pub fn uv_per_texel(&self) -> Vec2 {
+        1.0 / Vec2::from(self.size_texels().map(|size| size as f32))
     }
 
     pub fn extent(&self) -> wgpu::Extent3d {

@@ -58,6 +58,8 @@ pub struct FrameUniforms {
     pub tint_per_m: f32,
     pub height_tile_texels: f32,
     pub colour_tile_texels: f32,
+    pub height_uv_per_texel: Vec2,
+    pub colour_uv_per_texel: Vec2,
     pub height_gutter_texels: f32,
     pub colour_gutter_texels: f32,
     pub has_colours: u32,

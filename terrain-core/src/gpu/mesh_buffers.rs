@@ -24,11 +24,14 @@ pub(crate) struct MeshBuffers {
 impl MeshBuffers {
     /// Bytes of one displaced vertex, `DisplacedVertex` of `common/mesh.wgsl`.
     pub const VERTEX_BYTES: u64 = 56;
-    /// What the drawing passes read of it, in the order of the shaders' locations: x, y, z relative
-    /// to the eye; the hints of its tiles; ground and atlas texel of its height tile, and of its
-    /// colour tile.
-    pub const ATTRIBUTES: [wgpu::VertexAttribute; 6] = wgpu::vertex_attr_array![
-        0 => Float32x3, 1 => Uint32, 2 => Float32x3, 3 => Uint32, 4 => Float32x3, 5 => Uint32,
+    /// What the drawing passes read of it: the position; ground and atlas texel of the height tile,
+    /// and of the colour tile.
+    pub const ATTRIBUTES: [wgpu::VertexAttribute; 5] = [
+        attribute(0, wgpu::VertexFormat::Float32x3, 40),
+        attribute(1, wgpu::VertexFormat::Float32x3, 0),
+        attribute(2, wgpu::VertexFormat::Uint32, 12),
+        attribute(3, wgpu::VertexFormat::Float32x3, 16),
+        attribute(4, wgpu::VertexFormat::Uint32, 28),
     ];
 
     pub fn new(device: &wgpu::Device, mesh: &CircularMesh) -> Self {
@@ -105,4 +108,12 @@ impl MeshBuffers {
         self.written_visible = visible.to_vec();
         size_of_val(visible) as u64
     }
+}
+
+const fn attribute(
+    shader_location: u32,
+    format: wgpu::VertexFormat,
+    offset: u64,
+) -> wgpu::VertexAttribute {
+    wgpu::VertexAttribute { format, offset, shader_location }
 }

@@ -1,5 +1,3 @@
-use std::collections::HashSet;
-
 use bytemuck::{Pod, Zeroable};
 use glam::DVec2;
 
@@ -27,19 +25,14 @@ pub struct TilePlace {
 pub struct TileEntry {
     /// Where the tile lies.
     pub place: TilePlace,
-    /// Bits 0 to 7: level of the tile. Bit 8: no finer tile is cached below it.
-    pub level_flags: u32,
+    /// Level of the tile.
+    pub level: u32,
     /// Column of the tile.
     pub column: u32,
     /// Row of the tile.
     pub row: u32,
     /// Zero: the shaders' struct is a multiple of 8 bytes.
     pub padding: u32,
-}
-
-impl TileEntry {
-    /// The flag of a tile below which no finer one is cached.
-    pub const IS_FINEST: u32 = 1 << 8;
 }
 
 /// A layer's table together with what places its tiles on the ground and in the atlas.
@@ -51,12 +44,7 @@ pub(crate) struct TableSource<'a> {
 
 impl TableSource<'_> {
     fn entries(&self, scheme: &TilingScheme, eye: DVec2) -> impl Iterator<Item = TileEntry> {
-        let tiles = self.table.entries.iter().map(|entry| entry.tile);
-        let above_finer = tiles
-            .flat_map(|tile| std::iter::successors(tile.parent(), |tile| tile.parent()))
-            .collect::<HashSet<_>>();
         self.table.entries.iter().map(move |entry| {
-            let is_finest = !above_finer.contains(&entry.tile);
             let origin = scheme.tile_origin(entry.tile) - eye;
             // A texture has at most 16384 texels a side: two coordinates fit in a word.
             let [x, y] = self
@@ -69,8 +57,7 @@ impl TableSource<'_> {
                     texels_per_m: (1.0 / self.layout.texel_size_m(scheme, entry.tile.level)) as f32,
                     atlas_texel: x | (y << 16),
                 },
-                level_flags: u32::from(entry.tile.level)
-                    | if is_finest { TileEntry::IS_FINEST } else { 0 },
+                level: u32::from(entry.tile.level),
                 column: entry.tile.column,
                 row: entry.tile.row,
                 padding: 0,

@@ -118,7 +118,12 @@ pub(super) fn surface_pipeline(
                 attributes: &MeshBuffers::ATTRIBUTES,
             })],
         },
-        primitive: wgpu::PrimitiveState { polygon_mode, ..Default::default() },
+        primitive: wgpu::PrimitiveState {
+            polygon_mode,
+            // What is seen from below lies behind what is seen from above, all but its edges.
+            cull_mode: Some(wgpu::Face::Back),
+            ..Default::default()
+        },
         depth_stencil: Some(wgpu::DepthStencilState {
             format: DEPTH_FORMAT,
             depth_write_enabled: Some(true),
