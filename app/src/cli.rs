@@ -5,6 +5,7 @@ use terrain_core::gpu::AdapterChoice;
 
 use crate::commands::doctor::DoctorArgs;
 use crate::commands::fly::FlyArgs;
+use crate::commands::info::InfoArgs;
 use crate::commands::prepare::PrepareArgs;
 use crate::commands::render::RenderArgs;
 
@@ -28,6 +29,8 @@ pub struct Cli {
 pub enum Command {
     /// Make a dataset of height rasters and pictures.
     Prepare(PrepareArgs),
+    /// Tell what a dataset holds.
+    Info(InfoArgs),
     /// Fly over a dataset, in a window or measured without one.
     Fly(FlyArgs),
     /// Draw one picture of a dataset.

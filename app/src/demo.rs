@@ -6,15 +6,21 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, bail};
 use terrain_core::dataset::{Dataset, TileSource};
+use terrain_core::measure::Flight;
 use terrain_core::prepare::{NoProgress, PrepareRequest, prepare};
 
-use crate::output;
+use crate::{flights, output};
 
 /// Where the sources lie in the repository, and where the dataset made of them goes.
 const SOURCES: &str = "data/demo";
 const DATASET: &str = ".dataset/demo";
 const HEIGHTS: &str = "dem.tif";
 const COLOURS: &str = "dom.tif";
+const FLIGHT: &str = "flight.json";
+/// World Mercator, which keeps the shapes of mountains true.
+const EPSG: u32 = 3395;
+/// Thousands of kilometres with cells of nine: mountains need some help to be seen.
+const EXAGGERATION: f64 = 15.0;
 
 /// The demo, ready to be drawn.
 pub struct Demo {
@@ -24,6 +30,8 @@ pub struct Demo {
     pub title: String,
     /// The exaggeration it looks best with.
     pub exaggeration: f64,
+    /// A flight over it: from the Bay of Biscay along the Alps and the Caucasus to the Himalaya.
+    pub flight: Flight,
 }
 
 impl Demo {
@@ -38,8 +46,13 @@ impl Demo {
             Ok(dataset) => dataset,
             Err(_) => prepare_at(&root, &folder)?,
         };
-        let source = Arc::new(dataset);
-        Ok(Self { source, title: "Demo".to_owned(), exaggeration: 10.0 })
+        let flight = flights::read(&root.join(SOURCES).join(FLIGHT), dataset.manifest())?;
+        Ok(Self {
+            source: Arc::new(dataset),
+            title: "Eurasia".to_owned(),
+            exaggeration: EXAGGERATION,
+            flight,
+        })
     }
 }
 
@@ -64,11 +77,14 @@ fn prepare_at(root: &Path, folder: &Path) -> anyhow::Result<Dataset> {
         std::fs::create_dir_all(parent).with_context(failed)?;
     }
     let sources = root.join(SOURCES);
-    let request = PrepareRequest::new(
-        vec![sources.join(HEIGHTS)],
-        vec![sources.join(COLOURS)],
-        folder.to_owned(),
-    );
+    let request = PrepareRequest {
+        epsg: Some(EPSG),
+        ..PrepareRequest::new(
+            vec![sources.join(HEIGHTS)],
+            vec![sources.join(COLOURS)],
+            folder.to_owned(),
+        )
+    };
     prepare(&request, &NoProgress, &AtomicBool::new(false))?;
     Ok(Dataset::open(folder)?)
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use anyhow::{Context, bail};
 use clap::Args;
 use terrain_core::RendererSettings;
-use terrain_core::dataset::{Dataset, TileSource};
+use terrain_core::dataset::{Dataset, Manifest, TileSource};
 use terrain_core::gpu::AdapterChoice;
 use terrain_core::measure::{Flight, FrameRecord};
 
@@ -29,13 +29,17 @@ pub struct FlyArgs {
     /// The dataset: a folder made by terrain prepare [default: the demo]
     dataset: Option<PathBuf>,
 
-    /// The flight to fly [default without a window: a tour of the dataset]
+    /// The flight to fly [default: a tour of the dataset]
     #[arg(long, value_name = "FILE.json")]
     flight: Option<PathBuf>,
 
     /// Record what is flown in the window to this file
     #[arg(long, value_name = "FILE.json", conflicts_with = "headless")]
     record: Option<PathBuf>,
+
+    /// Close the window when the flight has been flown, unless somebody has taken the controls
+    #[arg(long, requires = "flight", conflicts_with = "headless")]
+    close_at_end: bool,
 
     /// Draw the flight without a window
     #[arg(long)]
@@ -65,58 +69,70 @@ pub struct FlyArgs {
     drawing: DrawingArgs,
 }
 
-/// Flies in a window, or without one.
-pub fn run(args: &FlyArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
-    let Some(folder) = &args.dataset else {
-        let demo = Demo::open()?;
-        return fly(args, adapter, demo.source, demo.title, demo.exaggeration);
-    };
-    let source: Arc<dyn TileSource> = Arc::new(Dataset::open(folder)?);
-    let title = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
-    fly(args, adapter, source, title, 1.0)
-}
-
-fn fly(
-    args: &FlyArgs,
-    adapter: &AdapterChoice,
+/// What there is to fly over.
+struct Scene {
     source: Arc<dyn TileSource>,
     title: String,
-    exaggeration: f64,
-) -> anyhow::Result<()> {
-    let settings = args.drawing.settings(exaggeration);
-    let flight = args.flight.as_deref().map(|path| flights::read(path, source.manifest()));
-    let flight = flight.transpose()?;
+    settings: RendererSettings,
+    /// The flight asked for; the demo has one of its own.
+    flight: Option<Flight>,
+}
+
+/// Flies in a window, or without one.
+pub fn run(args: &FlyArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
+    let scene = open(args)?;
     if args.headless {
-        let flight = match flight {
-            Some(flight) => flight,
-            None => flights::tour(&*source, settings.vertical_exaggeration)?,
-        };
-        return fly_headless(args, adapter, source, settings, &flight);
+        fly_headless(args, adapter, scene)
+    } else {
+        fly_in_window(args, adapter, scene)
     }
+}
+
+fn open(args: &FlyArgs) -> anyhow::Result<Scene> {
+    let Some(folder) = &args.dataset else {
+        let Demo { source, title, exaggeration, flight } = Demo::open()?;
+        let flight = asked_flight(args, source.manifest())?.unwrap_or(flight);
+        let settings = args.drawing.settings(exaggeration);
+        return Ok(Scene { source, title, settings, flight: Some(flight) });
+    };
+    let source = Arc::new(Dataset::open(folder)?);
+    let title = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
+    let flight = asked_flight(args, source.manifest())?;
+    Ok(Scene { source, title, settings: args.drawing.settings(1.0), flight })
+}
+
+fn asked_flight(args: &FlyArgs, manifest: &Manifest) -> anyhow::Result<Option<Flight>> {
+    args.flight.as_deref().map(|path| flights::read(path, manifest)).transpose()
+}
+
+fn fly_in_window(args: &FlyArgs, adapter: &AdapterChoice, scene: Scene) -> anyhow::Result<()> {
     if display::display().is_none() {
         bail!(
             "no display for a window: neither WAYLAND_DISPLAY nor DISPLAY is set \
              (--headless with --csv or --out draws the flight without one)"
         );
     }
+    let Scene { source, title, settings, flight } = scene;
+    let plays_at_once = flight.is_some();
+    let flight = flight.or_else(|| flights::tour(&*source, settings.vertical_exaggeration).ok());
     viewer::run(ViewerOptions {
-        plays_at_once: flight.is_some(),
-        flight: flight.or_else(|| flights::tour(&*source, settings.vertical_exaggeration).ok()),
         source,
         title,
         adapter: adapter.clone(),
         settings,
+        flight,
+        plays_at_once,
+        closes_at_end: args.close_at_end,
         record_to: args.record.clone(),
     })
 }
 
-fn fly_headless(
-    args: &FlyArgs,
-    adapter: &AdapterChoice,
-    source: Arc<dyn TileSource>,
-    settings: RendererSettings,
-    flight: &Flight,
-) -> anyhow::Result<()> {
+fn fly_headless(args: &FlyArgs, adapter: &AdapterChoice, scene: Scene) -> anyhow::Result<()> {
+    let Scene { source, settings, flight, .. } = scene;
+    let flight = match flight {
+        Some(flight) => flight,
+        None => flights::tour(&*source, settings.vertical_exaggeration)?,
+    };
     let mut headless = Headless::open(source, adapter, settings, args.size.0)?;
     let mut csv = args.csv.as_deref().map(CsvFile::create).transpose()?;
     if let Some(folder) = &args.out {

@@ -2,6 +2,7 @@
 
 pub mod doctor;
 pub mod fly;
+pub mod info;
 pub mod prepare;
 pub mod render;
 
@@ -25,6 +26,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
     match cli.command {
         None => run_demo(cli.adapter),
         Some(Command::Prepare(args)) => prepare::run(args),
+        Some(Command::Info(args)) => info::run(args),
         Some(Command::Fly(args)) => fly::run(&args, &cli.adapter),
         Some(Command::Render(args)) => render::run(&args, &cli.adapter),
         Some(Command::Doctor(args)) => doctor::run(&args, &cli.adapter),

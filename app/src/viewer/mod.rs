@@ -13,6 +13,7 @@ mod surface;
 mod texture_view;
 mod ui_layer;
 mod window;
+mod window_actions;
 mod window_input;
 
 use std::path::PathBuf;
@@ -45,6 +46,8 @@ pub struct ViewerOptions {
     pub flight: Option<Flight>,
     /// Whether the flight begins at once.
     pub plays_at_once: bool,
+    /// Whether the window closes when the flight that began at once has been flown.
+    pub closes_at_end: bool,
     /// Where to record what is flown, from the first frame on.
     pub record_to: Option<PathBuf>,
 }

@@ -5,17 +5,16 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::DVec2;
-use terrain_core::dataset::{Manifest, TileSource};
-use terrain_core::gpu::{DebugImage, GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
+use terrain_core::dataset::TileSource;
+use terrain_core::gpu::{AdapterChoice, DebugImage, GpuContext};
 use terrain_core::measure::CameraSpec;
 use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
 use winit::dpi::LogicalSize;
 use winit::event_loop::ActiveEventLoop;
-use winit::window::{Fullscreen, Window};
+use winit::window::Window;
 
 use super::camera_controls::{CameraControls, ControlBounds};
 use super::flight_deck::FlightDeck;
-use super::keys::Action;
 use super::panel::Panel;
 use super::plots::FrameHistory;
 
@@ -25,8 +24,7 @@ use super::texture_view::TextureView;
 use super::ui_layer::{UiLayer, UiTarget};
 use super::window_input::Pointer;
 use super::{Next, ViewerOptions};
-use crate::pictures::{free_name, write_png};
-use crate::{flights, output};
+use crate::flights;
 
 /// Size of a new window, in points.
 const FIRST_SIZE: LogicalSize<f64> = LogicalSize::new(1280.0, 720.0);
@@ -35,8 +33,6 @@ const FIRST_FRAME_S: f64 = 1.0 / 60.0;
 const LONGEST_FRAME_S: f64 = 0.25;
 /// How soon to ask again for a picture of the window that was not to be had.
 const RETRY: Duration = Duration::from_millis(10);
-/// How long a notice is shown.
-const NOTICE: Duration = Duration::from_secs(6);
 /// The eye stays so far above ground: metres, or finest height texels if that is more.
 const LEAST_CLEARANCE_M: f64 = 2.0;
 const LEAST_CLEARANCE_TEXELS: f64 = 0.05;
@@ -56,13 +52,16 @@ pub struct TerrainWindow {
     source: Arc<dyn TileSource>,
     title: String,
     scene_cache: Option<SceneCache>,
-    deck: FlightDeck,
-    record_to: Option<PathBuf>,
+    pub(super) deck: FlightDeck,
+    pub(super) record_to: Option<PathBuf>,
+    /// Close the window at the end of the flight that plays; not once the user has taken over.
+    closes_at_end: bool,
     history: FrameHistory,
     /// Which of the renderer's textures the panel shows, and its picture.
     debug_image: Option<DebugImage>,
     texture_view: Option<TextureView>,
-    notice: Option<(String, Instant)>,
+    /// Something to tell, and until when.
+    pub(super) notice: Option<(String, Instant)>,
     /// When the last frame was drawn; `None` after a rest.
     last_frame: Option<Instant>,
     /// From the frame before to this one, seconds.
@@ -79,25 +78,11 @@ impl TerrainWindow {
             .with_title(format!("{} - terrain", options.title))
             .with_inner_size(FIRST_SIZE);
         let window = Arc::new(event_loop.create_window(attributes)?);
-        let instance = GpuContext::instance(&options.adapter);
-        let surface = instance.create_surface(Arc::clone(&window))?;
-        let gpu = Arc::new(GpuContext::new(instance, &options.adapter, Some(&surface))?);
-        let size_px: [u32; 2] = window.inner_size().into();
-        let surface = WindowSurface::new(&gpu, surface, size_px)?;
+        let (gpu, surface) = open_surface(&window, &options.adapter)?;
         let ui = UiLayer::new(&gpu, &window, surface.format());
         let source = Arc::clone(&options.source);
         let renderer = TerrainRenderer::new(Arc::clone(&gpu), source, options.settings)?;
-        let manifest = options.source.manifest();
-        let exaggeration = options.settings.vertical_exaggeration;
-        let mut controls = first_controls(manifest, exaggeration, surface.size_px());
-        controls.set_view(controls.home_view());
-        let mut deck = FlightDeck::new(flights::crs_code(manifest), options.flight.clone());
-        if options.plays_at_once {
-            deck.play();
-        }
-        if options.record_to.is_some() {
-            deck.record();
-        }
+        let controls = first_controls(options, surface.size_px());
         Ok(Self {
             window,
             gpu,
@@ -111,8 +96,9 @@ impl TerrainWindow {
             source: Arc::clone(&options.source),
             title: options.title.clone(),
             scene_cache: None,
-            deck,
+            deck: first_deck(options),
             record_to: options.record_to.clone(),
+            closes_at_end: options.closes_at_end,
             history: FrameHistory::default(),
             debug_image: None,
             texture_view: None,
@@ -160,6 +146,7 @@ impl TerrainWindow {
 
     /// Stops a flight that plays: the user has taken the controls.
     pub(super) fn take_over(&mut self) {
+        self.closes_at_end = false;
         self.deck.stop();
     }
 
@@ -263,6 +250,9 @@ impl TerrainWindow {
 
     /// What the window needs after a frame.
     fn next(&mut self, ui_rests_for: Duration) -> Next {
+        if self.closes_at_end && !self.deck.is_playing() {
+            return Next::Close;
+        }
         let view = *self.controls.view();
         let moves = self.controls.is_moving() || self.deck.is_playing();
         if moves || self.renderer.needs_frame(&view) || ui_rests_for.is_zero() {
@@ -275,7 +265,7 @@ impl TerrainWindow {
         }
     }
 
-    fn change_settings(&mut self, settings: RendererSettings) -> anyhow::Result<()> {
+    pub(super) fn change_settings(&mut self, settings: RendererSettings) -> anyhow::Result<()> {
         let before = *self.renderer.settings();
         let settings = settings.checked();
         if settings == before {
@@ -289,95 +279,27 @@ impl TerrainWindow {
         self.scene_cache = None;
         Ok(())
     }
-
-    /// Does what a key or a button asks for. [`Action::Quit`] is the caller's.
-    pub(super) fn act(&mut self, action: Action) -> anyhow::Result<()> {
-        use terrain_core::DebugView;
-        let mut settings = *self.renderer.settings();
-        let toggled = |view| if settings.debug_view == view { DebugView::Off } else { view };
-        match action {
-            Action::Quit => {}
-            Action::TogglePanel => self.panel_visible = !self.panel_visible,
-            Action::ToggleFreeze => settings.freeze_selection = !settings.freeze_selection,
-            Action::ToggleBorders => settings.debug_view = toggled(DebugView::TileBorders),
-            Action::ToggleLevels => settings.debug_view = toggled(DebugView::Levels),
-            Action::ToggleWireframe => {
-                settings.wireframe = self.has_wireframe() && !settings.wireframe;
-            }
-            Action::GoHome => {
-                self.take_over();
-                self.controls.go_home();
-            }
-            Action::GoNorthUp => {
-                self.take_over();
-                self.controls.go_north_up(&Self::ground(&self.renderer));
-            }
-            Action::TakeScreenshot => self.take_screenshot()?,
-            Action::ToggleRecording if self.deck.is_recording() => self.save_recording()?,
-            Action::ToggleRecording => {
-                self.deck.record();
-                self.tell("recording; R ends it".to_owned());
-            }
-            Action::TogglePlaying => self.toggle_playing(),
-            Action::ToggleFullscreen => self.toggle_fullscreen(),
-        }
-        self.change_settings(settings)
-    }
-
-    fn has_wireframe(&self) -> bool {
-        self.gpu.device.features().contains(wgpu::Features::POLYGON_MODE_LINE)
-    }
-
-    fn toggle_playing(&mut self) {
-        if self.deck.is_playing() {
-            self.deck.stop();
-        } else if !self.deck.play() {
-            self.tell("no flight to play yet; R records one".to_owned());
-        }
-    }
-
-    fn toggle_fullscreen(&self) {
-        let is_full = self.window.fullscreen().is_some();
-        self.window.set_fullscreen((!is_full).then_some(Fullscreen::Borderless(None)));
-    }
-
-    fn take_screenshot(&mut self) -> anyhow::Result<()> {
-        let view = *self.controls.view();
-        let target = OffscreenTarget::new(&self.gpu, view.viewport_px);
-        self.renderer.render(&view, target.view(), OFFSCREEN_FORMAT)?;
-        let rgba = target.read_rgba8(&self.gpu)?;
-        let path = free_name("terrain", "png");
-        match write_png(&path, view.viewport_px, &rgba) {
-            Ok(()) => self.tell(format!("picture saved as {}", path.display())),
-            Err(error) => self.tell(output::one_line(&error)),
-        }
-        Ok(())
-    }
-
-    /// Ends the recording, if there is one, and saves it.
-    ///
-    /// # Errors
-    /// Where the file cannot be written.
-    pub(super) fn save_recording(&mut self) -> anyhow::Result<()> {
-        let Some(flight) = self.deck.finish_recording()? else { return Ok(()) };
-        let path = self.record_to.take().unwrap_or_else(|| free_name("terrain-flight", "json"));
-        flight.write(&path)?;
-        let duration_s = flight.duration_s();
-        self.tell(format!("flight of {duration_s:.1} s saved as {}", path.display()));
-        Ok(())
-    }
-
-    /// Tells the user something, in the window and on stderr.
-    fn tell(&mut self, text: String) {
-        output::say(&format!("terrain: {text}"));
-        self.notice = Some((text, Instant::now() + NOTICE));
-    }
 }
 
-fn first_controls(manifest: &Manifest, exaggeration: f64, viewport_px: [u32; 2]) -> CameraControls {
+/// A device that can draw into the window, and the window's surface.
+fn open_surface(
+    window: &Arc<Window>,
+    adapter: &AdapterChoice,
+) -> anyhow::Result<(Arc<GpuContext>, WindowSurface)> {
+    let instance = GpuContext::instance(adapter);
+    let surface = instance.create_surface(Arc::clone(window))?;
+    let gpu = Arc::new(GpuContext::new(instance, adapter, Some(&surface))?);
+    let surface = WindowSurface::new(&gpu, surface, window.inner_size().into())?;
+    Ok((gpu, surface))
+}
+
+/// The camera where the whole area can be seen.
+fn first_controls(options: &ViewerOptions, viewport_px: [u32; 2]) -> CameraControls {
+    let manifest = options.source.manifest();
     let layout = &manifest.heights.layout;
     let texel_m = layout.texel_size_m(&manifest.scheme, layout.finest_level());
     let range = manifest.heights.range;
+    let exaggeration = options.settings.vertical_exaggeration;
     let bounds = ControlBounds {
         data_extent: manifest.data_extent,
         height_range_m: [range.min_m, range.max_m].map(|h| f64::from(h) * exaggeration),
@@ -390,5 +312,19 @@ fn first_controls(manifest: &Manifest, exaggeration: f64, viewport_px: [u32; 2])
         fov_y_deg: CameraSpec::DEFAULT_FOV_DEG,
         viewport_px,
     };
-    CameraControls::new(view, bounds)
+    let mut controls = CameraControls::new(view, bounds);
+    controls.set_view(controls.home_view());
+    controls
+}
+
+fn first_deck(options: &ViewerOptions) -> FlightDeck {
+    let crs = flights::crs_code(options.source.manifest());
+    let mut deck = FlightDeck::new(crs, options.flight.clone());
+    if options.plays_at_once {
+        deck.play();
+    }
+    if options.record_to.is_some() {
+        deck.record();
+    }
+    deck
 }

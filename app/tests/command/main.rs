@@ -1,0 +1,9 @@
+//! The `terrain` command as its users see it: what it prints, what it writes, how it ends.
+
+#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+#![expect(clippy::print_stderr, reason = "a skipped test is to be seen")]
+
+mod drawing;
+mod harness;
+mod usage;
+mod window;
