@@ -145,7 +145,9 @@ mod tests {
                 for (index, (a, b)) in rgba.chunks(4).zip(got.chunks(4)).enumerate() {
                     assert_eq!(a[3] >= 128, b[3] >= 128, "{encoding:?} coverage of {index}");
                     let worst = a[..3].iter().zip(b).map(|(&a, &b)| a.abs_diff(b)).max();
-                    let near = f64::from(worst.unwrap_or(0)) <= tolerance;
+                    // One line through colour and coverage cannot follow both where they part.
+                    let slack = if gaps { 12.0 } else { 0.0 };
+                    let near = f64::from(worst.unwrap_or(0)) <= tolerance + slack;
                     assert!(near || a[3] == 0, "{encoding:?} {gaps} texel {index}: {a:?} {b:?}");
                 }
             }
