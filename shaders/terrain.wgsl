@@ -78,7 +78,10 @@ fn terrain_fragment(in: TerrainVertex) -> @location(0) vec4<f32> {
     var size = frame.height_tile_texels;
     if HAS_COLOURS {
         let entry = tile_entries[find_tile_near(frame.colour_table, position, in.tile_hints >> 16u)];
-        place = texel_in_tile(entry, offset_m);
+        // Imagery ends with the data; its outermost texels go on to the very edge.
+        let half_texel_m = vec2<f32>(0.5 / entry.texels_per_m);
+        let inside_m = clamp(offset_m, frame.data_min_from_eye_m + half_texel_m, frame.data_max_from_eye_m - half_texel_m);
+        place = texel_in_tile(entry, inside_m);
         shown = entry;
         size = frame.colour_tile_texels;
         let flip = vec2<f32>(entry.texels_per_m, -entry.texels_per_m);

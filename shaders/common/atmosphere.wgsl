@@ -16,11 +16,11 @@ fn sky_colour(direction: vec3<f32>) -> vec3<f32> {
     return mix(frame.haze_colour, frame.zenith_colour, 1.0 - pow(1.0 - up, 4.0));
 }
 
-// Beyond the edge of the data and below the horizon: haze darkening towards the nadir.
+// Beyond the edge of the data and below the horizon: haze deepening like the sky above it.
 fn background_colour(direction: vec3<f32>) -> vec3<f32> {
     if direction.z >= 0.0 {
         return sky_colour(direction);
     }
-    let down = clamp(-direction.z * 3.0, 0.0, 1.0);
-    return mix(frame.haze_colour, frame.haze_colour * vec3<f32>(0.42, 0.45, 0.48), down);
+    let down = 1.0 - pow(1.0 + direction.z, 3.0);
+    return mix(frame.haze_colour, frame.zenith_colour, 0.7 * down);
 }

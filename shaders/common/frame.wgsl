@@ -55,7 +55,3 @@ struct FrameUniforms {
 const COARSEST_MIP: f32 = 2.0;
 // Heights at or below this hold no data.
 const NO_DATA_M: f32 = -1.0e30;
-
-fn is_in_data_extent(offset_m: vec2<f32>) -> bool {
-    return all(offset_m >= frame.data_min_from_eye_m) && all(offset_m <= frame.data_max_from_eye_m);
-}

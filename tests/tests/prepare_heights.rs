@@ -1,5 +1,7 @@
 //! Heights through the whole of preparing and back, against arithmetic by hand.
 
+#![expect(clippy::unwrap_used, reason = "a case fails by panicking")]
+
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -137,6 +139,22 @@ fn coarser_levels_are_box_averages_to_within_half_a_step() {
         check_level(&dataset, level, &raster, width, 0.5 * step_m + 1e-3);
         (raster, width) = box_filter(&raster, width);
     }
+}
+
+#[test]
+fn fewer_levels_keep_the_coarse_ones_as_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let heights = terrain(100, 90, false);
+    let fixture = RasterFixture::utm([100, 90], ORIGIN, 30.0);
+    fixture.write_i16(&folder.path().join("dem.tif"), &heights).unwrap();
+    let mut request = request(folder.path(), &["dem.tif"]);
+    let (whole, _) = run(&request);
+    let root = whole.load_heights(TileId::ROOT).unwrap();
+    assert_eq!(whole.heights_present().len(), 1 + 4 + 12);
+    request.level_limit = Some(2);
+    let (limited, _) = run(&request);
+    assert_eq!(limited.heights_present().len(), 1 + 4);
+    assert_eq!(limited.load_heights(TileId::ROOT).unwrap(), root);
 }
 
 #[test]

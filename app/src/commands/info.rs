@@ -1,11 +1,17 @@
 //! `terrain info`: what a dataset holds.
 
+use std::fmt::Write;
 use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
 use serde_json::json;
-use terrain_core::dataset::{Dataset, Inspection, LevelInspection, Manifest, TileSource};
+use terrain_core::dataset::{
+    ColourLayer, Dataset, HeightLayer, Inspection, LevelInspection, Manifest, TileSource,
+};
+use terrain_core::tiling::TilingScheme;
+
+use crate::output;
 
 /// Tells what a dataset holds
 #[derive(Args, Debug)]
@@ -32,11 +38,12 @@ pub struct InfoArgs {
 pub fn run(args: InfoArgs) -> anyhow::Result<()> {
     let dataset = Dataset::open(&args.dataset)?;
     let inspection = dataset.inspect(args.verify);
-    if args.json {
-        print_json(dataset.manifest(), &inspection)?;
+    let answer = if args.json {
+        json_of(dataset.manifest(), &inspection)?
     } else {
-        print_text(dataset.manifest(), &inspection);
-    }
+        text_of(dataset.manifest(), &inspection)?
+    };
+    output::print(&answer)?;
     match &inspection.faults[..] {
         [] => Ok(()),
         [only] => bail!("{only}"),
@@ -44,64 +51,81 @@ pub fn run(args: InfoArgs) -> anyhow::Result<()> {
     }
 }
 
-#[expect(clippy::print_stdout, reason = "the answer is the command's result")]
-fn print_json(manifest: &Manifest, inspection: &Inspection) -> anyhow::Result<()> {
+fn json_of(manifest: &Manifest, inspection: &Inspection) -> anyhow::Result<String> {
     let answer = json!({ "manifest": manifest, "inspection": inspection });
-    println!("{}", serde_json::to_string_pretty(&answer)?);
-    Ok(())
+    Ok(serde_json::to_string_pretty(&answer)? + "\n")
 }
 
-#[expect(clippy::print_stdout, reason = "the answer is the command's result")]
-fn print_text(manifest: &Manifest, inspection: &Inspection) {
+fn text_of(manifest: &Manifest, inspection: &Inspection) -> Result<String, std::fmt::Error> {
+    let mut text = String::new();
     let extent = &manifest.data_extent;
     let size_km = extent.size_m() / 1000.0;
     let epsg = manifest.crs.epsg.map(|code| format!(" (EPSG:{code})")).unwrap_or_default();
-    println!("CRS       {}{epsg}", manifest.crs.name);
-    println!(
+    writeln!(text, "CRS       {}{epsg}", manifest.crs.name)?;
+    writeln!(
+        text,
         "extent    x {:.3} .. {:.3}, y {:.3} .. {:.3} ({:.3} x {:.3} km)",
         extent.min.x, extent.max.x, extent.min.y, extent.max.y, size_km.x, size_km.y
-    );
-    let heights = &manifest.heights;
-    let range = heights.range;
-    println!("heights   {:.2} .. {:.2} m above the sources' datum", range.min_m, range.max_m);
-    println!(
-        "dem       {:?} of {} m, tiles of {} + 2 x {} texels, finest {:.3} m",
-        heights.encoding,
-        heights.step_m,
-        heights.layout.tile_size_texels,
-        heights.layout.gutter_texels,
-        heights.layout.texel_size_m(&manifest.scheme, heights.layout.finest_level())
-    );
-    print_levels(&inspection.heights);
+    )?;
+    write_heights(&mut text, &manifest.heights, &manifest.scheme, &inspection.heights)?;
     if let Some(colours) = &manifest.colours {
-        println!(
-            "dom       {:?} on disk, {:?} on the GPU, tiles of {} + 2 x {} texels, finest {:.3} m",
-            colours.encoding,
-            colours.format,
-            colours.layout.tile_size_texels,
-            colours.layout.gutter_texels,
-            colours.layout.texel_size_m(&manifest.scheme, colours.layout.finest_level())
-        );
-        print_levels(&inspection.colours);
+        write_colours(&mut text, colours, &manifest.scheme, &inspection.colours)?;
     }
-    println!("sources   {}", manifest.sources.join(", "));
+    writeln!(text, "sources   {}", manifest.sources.join(", "))?;
     for note in &manifest.notes {
-        println!("note      {note}");
+        writeln!(text, "note      {note}")?;
     }
     let checksums = match (inspection.verified, inspection.faults.len()) {
         (false, _) => "not checked (--verify reads every tile)".to_owned(),
         (true, 0) => "every tile read, all checksums match".to_owned(),
         (true, faults) => format!("{faults} tiles are damaged"),
     };
-    println!("checksums {checksums}");
+    writeln!(text, "checksums {checksums}")?;
+    Ok(text)
 }
 
-#[expect(clippy::print_stdout, reason = "the answer is the command's result")]
-fn print_levels(levels: &[LevelInspection]) {
-    for level in levels {
-        println!(
-            "  level {:<2} {:>9} tiles {:>14} bytes",
-            level.level, level.tiles, level.disk_bytes
-        );
+fn write_heights(
+    text: &mut String,
+    layer: &HeightLayer,
+    scheme: &TilingScheme,
+    levels: &[LevelInspection],
+) -> std::fmt::Result {
+    let (range, layout) = (layer.range, layer.layout);
+    writeln!(text, "heights   {:.2} .. {:.2} m above the sources' datum", range.min_m, range.max_m)?;
+    writeln!(
+        text,
+        "dem       {:?} of {} m, tiles of {} + 2 x {} texels, finest {:.3} m",
+        layer.encoding,
+        layer.step_m,
+        layout.tile_size_texels,
+        layout.gutter_texels,
+        layout.texel_size_m(scheme, layout.finest_level())
+    )?;
+    write_levels(text, levels)
+}
+
+fn write_colours(
+    text: &mut String,
+    layer: &ColourLayer,
+    scheme: &TilingScheme,
+    levels: &[LevelInspection],
+) -> std::fmt::Result {
+    let layout = layer.layout;
+    writeln!(
+        text,
+        "dom       {:?} on disk, {:?} on the GPU, tiles of {} + 2 x {} texels, finest {:.3} m",
+        layer.encoding,
+        layer.format,
+        layout.tile_size_texels,
+        layout.gutter_texels,
+        layout.texel_size_m(scheme, layout.finest_level())
+    )?;
+    write_levels(text, levels)
+}
+
+fn write_levels(text: &mut String, levels: &[LevelInspection]) -> std::fmt::Result {
+    for LevelInspection { level, tiles, disk_bytes } in levels {
+        writeln!(text, "  level {level:<2} {tiles:>9} tiles {disk_bytes:>14} bytes")?;
     }
+    Ok(())
 }

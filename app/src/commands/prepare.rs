@@ -1,5 +1,6 @@
 //! `terrain prepare`: rasters in, a dataset out.
 
+use std::fmt::Write;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -10,7 +11,9 @@ use anyhow::Context;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use terrain_core::dataset::{ColourEncoding, ColourFormat, HeightEncoding};
-use terrain_core::prepare::{PrepareRequest, PrepareSummary, Progress, prepare};
+use terrain_core::prepare::{LayerSummary, PrepareRequest, PrepareSummary, Progress, prepare};
+
+use crate::output;
 
 /// Makes a dataset of height rasters and pictures
 #[derive(Args, Debug)]
@@ -109,8 +112,7 @@ pub fn run(args: PrepareArgs) -> anyhow::Result<()> {
     let bar = TerminalProgress::new();
     let summary = prepare(&request_of(args), &bar, &cancel);
     bar.clear();
-    print_summary(&summary?);
-    Ok(())
+    output::print(&text_of(&summary?)?)
 }
 
 fn request_of(args: PrepareArgs) -> PrepareRequest {
@@ -137,35 +139,42 @@ fn request_of(args: PrepareArgs) -> PrepareRequest {
     }
 }
 
-#[expect(clippy::print_stdout, reason = "the summary is the command's result")]
-fn print_summary(summary: &PrepareSummary) {
+fn text_of(summary: &PrepareSummary) -> Result<String, std::fmt::Error> {
+    let mut text = String::new();
     let manifest = &summary.manifest;
-    println!("CRS      {}", manifest.crs.name);
-    let size = manifest.data_extent.size_m() / 1000.0;
-    println!("ground   {:.1} x {:.1} km", size.x, size.y);
+    writeln!(text, "CRS      {}", manifest.crs.name)?;
+    let size_km = manifest.data_extent.size_m() / 1000.0;
+    writeln!(text, "ground   {:.1} x {:.1} km", size_km.x, size_km.y)?;
     let range = manifest.heights.range;
-    println!("heights  {:.1} .. {:.1} m", range.min_m, range.max_m);
-    let mut texels = 0.0;
-    let colour_levels = manifest.colours.as_ref().map(|layer| layer.layout.level_count);
-    let layers = [
-        ("dem", Some(manifest.heights.layout.level_count), Some(summary.heights)),
-        ("dom", colour_levels, summary.colours),
-    ];
-    for (name, levels, layer) in layers {
-        let (Some(levels), Some(layer)) = (levels, layer) else { continue };
-        let [width, height] = layer.size_texels;
-        texels += width as f64 * height as f64;
-        println!(
-            "{name}      {width} x {height}, {levels} levels, {} tiles, {:.1} MB",
-            layer.tiles,
-            layer.payload_bytes as f64 / 1e6
-        );
+    writeln!(text, "heights  {:.1} .. {:.1} m", range.min_m, range.max_m)?;
+    let mut texels =
+        write_layer(&mut text, "dem", manifest.heights.layout.level_count, &summary.heights)?;
+    if let Some((layer, written)) = manifest.colours.as_ref().zip(summary.colours.as_ref()) {
+        texels += write_layer(&mut text, "dom", layer.layout.level_count, written)?;
     }
     for note in &manifest.notes {
-        println!("note     {note}");
+        writeln!(text, "note     {note}")?;
     }
     let seconds = summary.elapsed.as_secs_f64();
-    println!("time     {seconds:.1} s, {:.1} Mpx/s", texels / 1e6 / seconds.max(1e-9));
+    writeln!(text, "time     {seconds:.1} s, {:.1} Mpx/s", texels / 1e6 / seconds.max(1e-9))?;
+    Ok(text)
+}
+
+/// A line for the layer; returns the texels of its finest level.
+fn write_layer(
+    text: &mut String,
+    name: &str,
+    levels: u8,
+    layer: &LayerSummary,
+) -> Result<f64, std::fmt::Error> {
+    let [width, height] = layer.size_texels;
+    let megabytes = layer.payload_bytes as f64 / 1e6;
+    let tiles = layer.tiles;
+    writeln!(
+        text,
+        "{name}      {width} x {height}, {levels} levels, {tiles} tiles, {megabytes:.1} MB"
+    )?;
+    Ok(width as f64 * height as f64)
 }
 
 /// A progress bar on a terminal, once the work has taken a second; nothing elsewhere.

@@ -45,7 +45,7 @@ pub fn write_heights(
     let encoder = HeightEncoder { layout, encoding, step_m };
     let mut archive = ArchiveWriter::create(archive)?;
     let mut ranges = RangeTable::new(level_count);
-    let voids = {
+    let streamed = {
         let mut emit = |tiles: &TileRow<'_, f32>| -> Result<(), PrepareError> {
             if tiles.level >= level_count {
                 return Ok(());
@@ -62,8 +62,15 @@ pub fn write_heights(
     archive.finish()?;
     let ranges = ranges.finish();
     let range = ranges.range(TileId::ROOT).unwrap_or(source_range);
-    let layer = HeightLayer { layout, encoding, step_m, has_voids: true, range, ranges };
-    Ok(WrittenHeights { layer, present, payload_bytes, voids })
+    let layer = HeightLayer { layout, encoding, step_m, has_voids: streamed.has_voids, range, ranges };
+    Ok(WrittenHeights { layer, present, payload_bytes, voids: streamed.voids })
+}
+
+/// What came by on the way.
+struct Streamed {
+    voids: VoidReport,
+    /// Whether any cell is left without data.
+    has_voids: bool,
 }
 
 /// Reads all rows through the void filler into the pyramid.
@@ -72,12 +79,13 @@ fn stream(
     request: &PrepareRequest,
     run: &Run<'_>,
     emit: &mut (impl FnMut(&TileRow<'_, f32>) -> Result<(), PrepareError> + Send),
-) -> Result<VoidReport, PrepareError> {
+) -> Result<Streamed, PrepareError> {
     let target = *plan.rows.target();
     let gutter = LayerLayout::GUTTER_TEXELS as usize;
     let tile_size = request.height_tile_texels as usize;
     let mut pyramid =
         RowPyramid::new(target.width, target.height, plan.level_count, tile_size, gutter);
+    let mut has_voids = false;
     let mut filler = (!request.keep_voids).then(|| VoidFill::new(target.width, target.height));
     read_ahead(
         &target,
@@ -91,13 +99,15 @@ fn stream(
                     None => vec![row],
                 };
                 for row in done {
+                    has_voids |= row.iter().any(|height_m| height_m.is_nan());
                     pyramid.push(row, emit)?;
                 }
             }
             Ok(())
         },
     )?;
-    Ok(filler.map(|filler| filler.report).unwrap_or_default())
+    let voids = filler.map(|filler| filler.report).unwrap_or_default();
+    Ok(Streamed { voids, has_voids })
 }
 
 /// The range of all heights. Reading everything once before anything is written also finds damaged

@@ -46,9 +46,10 @@ impl Plan {
     /// Opens all sources and plans the dataset.
     pub fn new(request: &PrepareRequest) -> Result<Self, PrepareError> {
         check(request)?;
+        let stated = stated_crs(request)?;
         let mut notes = Vec::new();
         let height_rasters = place_heights(request, &mut notes)?;
-        let crs = target_crs(request, &height_rasters)?;
+        let crs = stated.map_or_else(|| crs_of_heights(&height_rasters), Ok)?;
         let colour_rasters = place_colours(request, &height_rasters[0].crs, &mut notes)?;
         note_vertical_datum(&mut notes);
 
@@ -82,21 +83,21 @@ fn check(request: &PrepareRequest) -> Result<(), PrepareError> {
     Ok(())
 }
 
-/// The CRS asked for, else the heights' own where it is in metres, else the UTM zone they lie in.
-fn target_crs(
-    request: &PrepareRequest,
-    rasters: &[PlacedRaster],
-) -> Result<CoordinateSystem, PrepareError> {
-    let first = &rasters[0];
-    if let Some(epsg) = request.epsg {
-        let crs = CoordinateSystem::from_epsg(epsg)?;
-        return match is_in_metres(&crs) {
-            true => Ok(crs),
-            false => Err(PrepareError::Request(format!(
-                "--crs EPSG:{epsg}: a dataset needs a projected CRS in metres, such as a UTM zone"
-            ))),
-        };
+/// The CRS asked for.
+fn stated_crs(request: &PrepareRequest) -> Result<Option<CoordinateSystem>, PrepareError> {
+    let Some(epsg) = request.epsg else { return Ok(None) };
+    let crs = CoordinateSystem::from_epsg(epsg)?;
+    match is_in_metres(&crs) {
+        true => Ok(Some(crs)),
+        false => Err(PrepareError::Request(format!(
+            "--crs EPSG:{epsg}: a dataset needs a projected CRS in metres, such as a UTM zone"
+        ))),
     }
+}
+
+/// The heights' own CRS where it is in metres, else the UTM zone they lie in.
+fn crs_of_heights(rasters: &[PlacedRaster]) -> Result<CoordinateSystem, PrepareError> {
+    let first = &rasters[0];
     if is_in_metres(&first.crs) {
         return Ok(first.crs.clone());
     }
