@@ -62,6 +62,14 @@ impl Texel for LinearColour {
 }
 
 impl LinearColour {
+    /// Of an sRGB colour (not multiplied) and its coverage.
+    pub fn of_srgb([r, g, b, a]: [u8; 4]) -> Self {
+        let table = &*LINEAR_FROM_SRGB;
+        let coverage = f32::from(a) / 255.0;
+        let part = |code: u8| (coverage * table[usize::from(code)] + 0.5) as u16;
+        Self([part(r), part(g), part(b), u16::from(a) * 257])
+    }
+
     /// The sRGB colour (not multiplied) and the coverage, 8 bits each.
     pub fn to_srgb(self) -> [u8; 4] {
         let [r, g, b, coverage] = self.0;
