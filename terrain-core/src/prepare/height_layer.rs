@@ -62,7 +62,8 @@ pub fn write_heights(
     archive.finish()?;
     let ranges = ranges.finish();
     let range = ranges.range(TileId::ROOT).unwrap_or(source_range);
-    let layer = HeightLayer { layout, encoding, step_m, has_voids: streamed.has_voids, range, ranges };
+    let layer =
+        HeightLayer { layout, encoding, step_m, has_voids: streamed.has_voids, range, ranges };
     Ok(WrittenHeights { layer, present, payload_bytes, voids: streamed.voids })
 }
 
