@@ -204,7 +204,10 @@ impl Resampler {
                 let targets = &mut out[row * stride..row * stride + block.width];
                 targets.iter_mut().zip(line).for_each(|(target, value)| put(target, *value));
             });
-        for row in 0..if done { 0 } else { block.height } {
+        if done {
+            return Ok(());
+        }
+        for row in 0..block.height {
             for column in 0..block.width {
                 if let Some(position) = nodes.position(column, row) {
                     let value = sample::<N, HOLD>(&taps, position, cells_a_texel);
