@@ -5,6 +5,7 @@ mod commands;
 mod demo;
 mod display;
 mod drawing_args;
+mod flight_summary;
 mod flights;
 mod ground;
 mod headless;

@@ -3,9 +3,15 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a step that fails fails the test")]
 #![allow(clippy::print_stdout, reason = "measured values are to be seen")]
 
+use std::collections::HashMap;
+use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3, dvec2};
+use terrain_core::dataset::{Dataset, HeightTile, TileSource};
+use terrain_core::prepare::{PrepareRequest, Progress, prepare};
+use terrain_core::tiling::TileId;
 use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
 use terrain_tests::{AnalyticSource, Surface, gpu};
 
@@ -28,12 +34,15 @@ impl Errors {
     }
 }
 
-fn measure(surface: Surface, centre: DVec2, triangle_px: f64, view: CameraView) -> Option<Errors> {
-    let gpu = gpu()?;
-    let source = Arc::new(AnalyticSource::new(surface, centre, ROOT_M, [7, 5]));
+/// Draws the view's coordinates and holds each against the true height at its place.
+fn measure(
+    source: Arc<dyn TileSource>,
+    true_height_m: &mut dyn FnMut(DVec2) -> Option<f64>,
+    triangle_px: f64,
+    view: CameraView,
+) -> Option<Errors> {
     let settings = RendererSettings { triangle_px, ..Default::default() };
-    let mut renderer = TerrainRenderer::new(gpu, source.clone(), settings).unwrap();
-    let view = CameraView { eye: view.eye + centre.extend(0.0), ..view };
+    let mut renderer = TerrainRenderer::new(gpu()?, source, settings).unwrap();
     let points = renderer.ground_coordinates(&view).unwrap();
     let mut errors = Errors::default();
     for (index, point) in points.iter().map(|&point| DVec3::from_array(point)).enumerate() {
@@ -43,15 +52,28 @@ fn measure(surface: Surface, centre: DVec2, triangle_px: f64, view: CameraView) 
         let width = view.viewport_px[0] as usize;
         let expected = [(index % width) as f64 + 0.5, (index / width) as f64 + 0.5];
         let place = view.pixel_from_world(point).expect("seen points lie before the eye");
-        let off_px = (place[0] - expected[0]).hypot(place[1] - expected[1]);
-        let footprint_m = point.distance(view.eye) * view.pixel_angle_rad();
-        let height_error_m = (point.z - source.height_m(point.truncate())).abs();
         errors.ground_pixels += 1;
-        errors.place_px = errors.place_px.max(off_px);
-        errors.heights_px.push(height_error_m / footprint_m);
+        errors.place_px =
+            errors.place_px.max((place[0] - expected[0]).hypot(place[1] - expected[1]));
+        // A point on the very border may round to beyond it, where the true surface ends.
+        let Some(height_m) = true_height_m(point.truncate()) else { continue };
+        let footprint_m = point.distance(view.eye) * view.pixel_angle_rad();
+        errors.heights_px.push((point.z - height_m).abs() / footprint_m);
     }
     errors.heights_px.sort_by(f64::total_cmp);
     Some(errors)
+}
+
+fn measure_formula(
+    surface: Surface,
+    centre: DVec2,
+    triangle_px: f64,
+    view: CameraView,
+) -> Option<Errors> {
+    let source = Arc::new(AnalyticSource::new(surface, centre, ROOT_M, [7, 5]));
+    let view = CameraView { eye: view.eye + centre.extend(0.0), ..view };
+    let truth = Arc::clone(&source);
+    measure(source, &mut |point| Some(truth.height_m(point)), triangle_px, view)
 }
 
 fn view(x: f64, y: f64, z: f64, heading_deg: f64, pitch_deg: f64) -> CameraView {
@@ -83,7 +105,7 @@ fn a_plane_is_met_within_a_hundredth_of_a_pixel_near_and_far_and_at_far_origins(
     ];
     for centre in [DVec2::ZERO, dvec2(500_000.0, 6_800_000.0), far_origin()] {
         for view in views {
-            let Some(errors) = measure(plane(), centre, 10.0, view) else { return };
+            let Some(errors) = measure_formula(plane(), centre, 10.0, view) else { return };
             assert!(errors.ground_pixels > 10_000, "{view:?}: {}", errors.ground_pixels);
             assert!(errors.place_px < 0.01, "{view:?} at {centre}: {} px", errors.place_px);
             let worst = errors.height_px(1.0);
@@ -97,11 +119,104 @@ fn a_cone_is_met_within_a_part_of_a_pixel() {
     for centre in [DVec2::ZERO, far_origin()] {
         for (triangle_px, p99_bound, worst_bound) in [(10.0, 0.5, 1.0), (2.0, 0.1, 0.25)] {
             let view = view(0.0, -9_000.0, 2_500.0, 0.0, -12.0);
-            let Some(errors) = measure(cone(), centre, triangle_px, view) else { return };
+            let Some(errors) = measure_formula(cone(), centre, triangle_px, view) else { return };
             let (p99, worst) = (errors.height_px(0.99), errors.height_px(1.0));
             println!("cone, triangles of {triangle_px} px: p99 {p99:.4} px, worst {worst:.4} px");
             assert!(errors.place_px < 0.01, "{} px", errors.place_px);
             assert!(p99 < p99_bound && worst < worst_bound, "p99 {p99} px, worst {worst} px");
         }
+    }
+}
+
+struct Silent;
+
+impl Progress for Silent {
+    fn advanced(&self, _stage: &str, _done: u64, _total: u64) {}
+}
+
+/// The surface as the finest level holds it: bilinear between its samples, in f64.
+struct FinestLevel<'a> {
+    dataset: &'a Dataset,
+    tiles: HashMap<TileId, Option<HeightTile>>,
+}
+
+impl FinestLevel<'_> {
+    fn height_m(&mut self, point: DVec2) -> Option<f64> {
+        let manifest = self.dataset.manifest();
+        let layout = manifest.heights.layout;
+        let tile = manifest.scheme.tile_at(layout.finest_level(), point)?;
+        let dataset = self.dataset;
+        let loaded = self
+            .tiles
+            .entry(tile)
+            .or_insert_with(|| dataset.load_heights(tile).ok().map(|loaded| loaded.tile));
+        loaded.as_ref()?.height_at_m(&manifest.scheme, &layout, point)
+    }
+}
+
+/// Prepares heights and draws their coordinates from a view given by the data's extent.
+fn measure_file(
+    heights: &Path,
+    epsg: Option<u32>,
+    triangle_px: f64,
+    view_of: &dyn Fn(&Dataset) -> CameraView,
+) -> Option<Errors> {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("dataset");
+    let mut request = PrepareRequest::new(vec![heights.to_owned()], Vec::new(), out.clone());
+    request.epsg = epsg;
+    prepare(&request, &Silent, &AtomicBool::new(false)).unwrap();
+    let dataset = Arc::new(Dataset::open(&out).unwrap());
+    let view = view_of(&dataset);
+    let mut finest = FinestLevel { dataset: &dataset, tiles: HashMap::new() };
+    let source = Arc::clone(&dataset);
+    measure(source, &mut |point| finest.height_m(point), triangle_px, view)
+}
+
+fn report(name: &str, errors: &Errors) {
+    let [p50, p99, worst] = [0.5, 0.99, 1.0].map(|part| errors.height_px(part));
+    println!("{name}: median {p50:.3} px, p99 {p99:.3} px, worst {worst:.3} px");
+}
+
+#[test]
+fn the_demo_is_met_within_a_tenth_of_a_pixel_near_and_far() {
+    let heights = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/demo/dem.tif");
+    // Over the Himalaya: low, where one cell is many pixels, and high, where a pixel is a cell.
+    for (name, height_m, pitch_deg, [p50_bound, p99_bound]) in
+        [("low", 30_000.0, -20.0, [0.01, 0.05]), ("high", 1_000_000.0, -45.0, [0.01, 0.1])]
+    {
+        let eye = dvec2(9_400_000.0, 3_000_000.0).extend(height_m);
+        let view = CameraView { eye, pitch_deg, ..view(0.0, 0.0, 0.0, 0.0, 0.0) };
+        let Some(errors) = measure_file(&heights, Some(3395), 2.0, &|_| view) else { return };
+        report(name, &errors);
+        assert!(errors.ground_pixels > 10_000 && errors.place_px < 0.01, "{errors:?}");
+        let (p50, p99) = (errors.height_px(0.5), errors.height_px(0.99));
+        assert!(p50 < p50_bound && p99 < p99_bound, "{name}: median {p50} px, p99 {p99} px");
+    }
+}
+
+#[test]
+fn real_mountains_in_their_own_grid_are_met_within_a_part_of_a_pixel() {
+    let heights =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/jotunheimen_dem_512.tif");
+    if !heights.exists() {
+        println!("SKIPPED: {} is not there", heights.display());
+        return;
+    }
+    for (name, agl_m, pitch_deg, [p50_bound, p99_bound]) in
+        [("low", 300.0, -5.0, [0.01, 0.2]), ("high", 20_000.0, -40.0, [0.1, 0.6])]
+    {
+        let view_of = |dataset: &Dataset| {
+            let centre = dataset.manifest().data_extent.centre();
+            let mut finest = FinestLevel { dataset, tiles: HashMap::new() };
+            let ground_m = finest.height_m(centre).unwrap();
+            let eye = centre.extend(ground_m + agl_m);
+            CameraView { eye, pitch_deg, ..view(0.0, 0.0, 0.0, 20.0, 0.0) }
+        };
+        let Some(errors) = measure_file(&heights, None, 2.0, &view_of) else { return };
+        report(name, &errors);
+        assert!(errors.ground_pixels > 10_000 && errors.place_px < 0.01, "{errors:?}");
+        let (p50, p99) = (errors.height_px(0.5), errors.height_px(0.99));
+        assert!(p50 < p50_bound && p99 < p99_bound, "{name}: median {p50} px, p99 {p99} px");
     }
 }

@@ -95,7 +95,7 @@ fn coarser_levels_average_light_and_coverage() {
     let folder = tempfile::tempdir().unwrap();
     // Covers a part only: 61 x 45 texels of 10 m from the middle of the heights.
     let (width, height) = (61_u32, 45_u32);
-    let grey = |x: u32, y: u32| if (x / 3 + y / 5) % 2 == 0 { 20 } else { 250 };
+    let grey = |x: u32, y: u32| if (x / 3 + y / 5).is_multiple_of(2) { 20 } else { 250 };
     let rgb: Vec<u8> =
         (0..width * height).flat_map(|index| [grey(index % width, index / width); 3]).collect();
     let tie = [ORIGIN[0] + 510.0, ORIGIN[1] - 430.0];

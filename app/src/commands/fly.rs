@@ -13,10 +13,11 @@ use terrain_core::measure::{Flight, FrameRecord};
 
 use crate::demo::Demo;
 use crate::drawing_args::{DrawingArgs, Size};
+use crate::flight_summary::FlightSummary;
 use crate::headless::Headless;
 use crate::progress::FrameProgress;
 use crate::viewer::{self, ViewerOptions};
-use crate::{display, flights, pictures};
+use crate::{display, flights, output, pictures};
 
 /// What to fly over, and how.
 #[derive(Debug, Args)]
@@ -60,6 +61,10 @@ pub struct FlyArgs {
     /// Draw only this many frames, evenly spread over the flight
     #[arg(long, value_name = "N", requires = "headless", value_parser = clap::value_parser!(u64).range(1..))]
     frames_at: Option<u64>,
+
+    /// Print the summary as JSON
+    #[arg(long, requires = "headless")]
+    json: bool,
 
     /// Width and height of the pictures without a window
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
@@ -140,12 +145,14 @@ fn fly_headless(args: &FlyArgs, adapter: &AdapterChoice, scene: Scene) -> anyhow
         std::fs::create_dir_all(folder).with_context(failed)?;
     }
     let frames = frames_to_draw(flight.frame_count(), args.frames_at);
+    let mut summary = FlightSummary::default();
     let progress = FrameProgress::new(frames.len() as u64);
     for (index, frame) in frames.into_iter().enumerate() {
         let time_s = flight.frame_time_s(frame);
         let view = flight.view_at(time_s, args.size.0);
         let mut record = headless.draw(&view, args.settle)?;
         (record.frame, record.time_s) = (frame, time_s);
+        summary.add(&record);
         if let Some(csv) = &mut csv {
             csv.write(&record)?;
         }
@@ -156,10 +163,11 @@ fn fly_headless(args: &FlyArgs, adapter: &AdapterChoice, scene: Scene) -> anyhow
         progress.advance(index as u64 + 1);
     }
     progress.finish();
-    match csv {
-        Some(csv) => csv.finish(),
-        None => Ok(()),
+    if let Some(csv) = csv {
+        csv.finish()?;
     }
+    let json = args.json.then(|| serde_json::to_string_pretty(&summary)).transpose()?;
+    output::print(&json.map_or_else(|| summary.page(), |json| Ok(json + "\n"))?)
 }
 
 /// The frames to draw: all of them, or `wanted` spread evenly from the first to the last.

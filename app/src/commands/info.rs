@@ -91,7 +91,11 @@ fn write_heights(
     levels: &[LevelInspection],
 ) -> std::fmt::Result {
     let (range, layout) = (layer.range, layer.layout);
-    writeln!(text, "heights   {:.2} .. {:.2} m above the sources' datum", range.min_m, range.max_m)?;
+    writeln!(
+        text,
+        "heights   {:.2} .. {:.2} m above the sources' datum",
+        range.min_m, range.max_m
+    )?;
     writeln!(
         text,
         "dem       {:?} of {} m, tiles of {} + 2 x {} texels, finest {:.3} m",

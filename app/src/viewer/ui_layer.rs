@@ -74,13 +74,13 @@ impl UiLayer {
 
     /// Whether something of the user interface lies where the pointer is now.
     fn is_under_pointer(&self) -> bool {
-        let events = self.state.egui_input().events.iter().rev();
-        let moved = events.filter_map(|event| match event {
+        // Motions that egui has not seen yet count, the last one first.
+        let moved = self.state.egui_input().events.iter().rev().find_map(|event| match event {
             egui::Event::PointerMoved(position) => Some(*position),
             _ => None,
         });
-        let position = moved.into_iter().next().or(self.context.pointer_latest_pos());
-        position
+        moved
+            .or_else(|| self.context.pointer_latest_pos())
             .and_then(|position| self.context.layer_id_at(position))
             .is_some_and(|layer| layer.order != egui::Order::Background)
     }

@@ -95,5 +95,6 @@ impl TerrainWindow {
     pub(super) fn tell(&mut self, text: String) {
         output::say(&format!("terrain: {text}"));
         self.notice = Some((text, Instant::now() + NOTICE));
+        self.request_frame();
     }
 }

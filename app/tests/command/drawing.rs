@@ -65,7 +65,10 @@ fn a_flight_makes_a_row_and_a_picture_a_frame() {
     let mut command = terrain(["fly"]);
     command.arg(dataset()).arg("--flight").arg(root().join("data/demo/flight.json"));
     command.args(["--headless", "--settle", "--frames-at", "3", "--size", "96x54", "--csv"]);
-    assert_success(&command.arg(&table).arg("--out").arg(&pictures).output().unwrap());
+    let output = command.arg(&table).args(["--json", "--out"]).arg(&pictures).output().unwrap();
+    assert_success(&output);
+    let summary: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!((&summary["frames"], &summary["frames_with_missing_tiles"]), (&3.into(), &0.into()));
 
     let text = std::fs::read_to_string(&table).unwrap();
     let mut lines = text.lines();
@@ -92,6 +95,8 @@ fn a_flight_makes_a_row_and_a_picture_a_frame() {
     let column = |name: &str| header.iter().position(|found| *found == name).unwrap();
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert_eq!(rows.len(), 3);
+    let bytes = rows.iter().map(|row| row[column("upload_dem_bytes")].parse::<u64>().unwrap());
+    assert_eq!(summary["upload_dem_bytes"], bytes.sum::<u64>());
     for row in &rows {
         assert_eq!(row.len(), header.len());
         assert_eq!((row[0], row[column("tiles_missing")]), ("rtt-quadtree", "0"));

@@ -288,11 +288,13 @@ fn colour_plan(
         width: size.x.max(1.0) as usize,
         height: size.y.max(1.0) as usize,
     };
-    notes.push(format!(
-        "colours resampled in linear light from pixels of {pixel_m:.3} m to texels of {:.3} m",
-        grid.texel_m
-    ));
     let rows = Resampler::new(grid, crs, Mosaic::group(rasters));
+    if rows.unchanged().is_none() {
+        notes.push(format!(
+            "colours resampled in linear light from pixels of {pixel_m:.3} m to texels of {:.3} m",
+            grid.texel_m
+        ));
+    }
     Ok(LayerPlan { rows, level_count: level + 1 })
 }
 

@@ -1,16 +1,18 @@
 //! Brings rasters of any CRS and cell size onto the grid of a layer's finest level.
 
 mod position_nodes;
+mod separable;
 mod taps;
 
 use glam::{DVec2, dvec2};
 use rayon::prelude::*;
 
 use self::position_nodes::PositionNodes;
-use self::taps::{TapWindow, sample};
+use self::separable::sample_rows;
+use self::taps::{MOST_INTERPOLATED, TapWindow, sample};
 use super::PrepareError;
 use super::mosaic::{Mosaic, SignedWindow};
-use super::texel::{FULL, LINEAR_FROM_SRGB, LinearColour};
+use super::texel::{FULL, LINEAR_FROM_SRGB, LinearColour, Texel};
 use crate::geodesy::{CoordinateSystem, CoordinateTransform};
 
 /// The finest level of a layer: square texels, north-west corner first.
@@ -76,24 +78,17 @@ impl Resampler {
     /// Heights of some rows in metres, NaN where there is no data: one vector a row.
     pub fn height_rows(&self, row: usize, count: usize) -> Result<Vec<Vec<f32>>, PrepareError> {
         if let Some(mosaic) = self.unchanged() {
-            let (column, width) = (0, self.target.width);
-            let window = SignedWindow { column, row: row as i64, width, height: count };
-            let heights = mosaic.read_heights(window)?;
-            return Ok(heights.chunks_exact(width).map(<[f32]>::to_vec).collect());
+            let heights = mosaic.read_heights(self.whole_rows(row, count))?;
+            return Ok(heights.chunks_exact(self.target.width).map(<[f32]>::to_vec).collect());
         }
-        self.rows(
-            row,
-            count,
-            f32::NAN,
+        let premultiplied = |height: f32| if height.is_nan() { [0.0; 2] } else { [height, 1.0] };
+        self.rows::<2, true, f32>(
+            (row, count),
             |input, window| {
                 let heights = input.mosaic.read_heights(window)?;
-                let premultiplied = |height: f32| match height.is_nan() {
-                    true => [0.0; 2],
-                    false => [height, 1.0],
-                };
-                Ok(heights.into_iter().map(premultiplied).collect::<Vec<[f32; 2]>>())
+                Ok(heights.into_iter().map(premultiplied).collect())
             },
-            |[height, weight]| (weight >= LEAST_WEIGHT).then(|| height / weight),
+            |[height, weight]| if weight >= LEAST_WEIGHT { height / weight } else { f32::NAN },
         )
     }
 
@@ -103,24 +98,29 @@ impl Resampler {
         row: usize,
         count: usize,
     ) -> Result<Vec<Vec<LinearColour>>, PrepareError> {
+        if let Some(mosaic) = self.unchanged() {
+            let colours = mosaic.read_colours(self.whole_rows(row, count))?;
+            let lines = colours.par_chunks(self.target.width);
+            return Ok(lines
+                .map(|line| line.iter().copied().map(LinearColour::of_srgb).collect())
+                .collect());
+        }
         let table = &*LINEAR_FROM_SRGB;
-        self.rows(
-            row,
-            count,
-            LinearColour::default(),
+        let premultiplied = |[r, g, b, a]: [u8; 4]| {
+            let coverage = f32::from(a) / 255.0;
+            let linear = |code: u8| coverage * table[usize::from(code)];
+            [linear(r), linear(g), linear(b), coverage]
+        };
+        self.rows::<4, false, LinearColour>(
+            (row, count),
             |input, window| {
                 let colours = input.mosaic.read_colours(window)?;
-                let premultiplied = |[r, g, b, a]: [u8; 4]| {
-                    let coverage = f32::from(a) / 255.0;
-                    let linear = |code: u8| coverage * table[usize::from(code)];
-                    [linear(r), linear(g), linear(b), coverage]
-                };
-                Ok(colours.into_iter().map(premultiplied).collect::<Vec<[f32; 4]>>())
+                Ok(colours.into_iter().map(premultiplied).collect())
             },
             |[r, g, b, coverage]| {
+                // Casts keep what the cubic throws over within 0..=65535.
                 let part = |value: f32| (value + 0.5) as u16;
-                (coverage > 0.002)
-                    .then(|| LinearColour([part(r), part(g), part(b), part(FULL * coverage)]))
+                LinearColour([part(r), part(g), part(b), part(FULL * coverage)])
             },
         )
     }
@@ -131,86 +131,104 @@ impl Resampler {
         let grid = input.mosaic.grid();
         let same = input.to_source.is_identity()
             && grid.origin == self.target.origin
-            && grid.cell.x == self.target.texel_m;
+            && grid.cell == DVec2::splat(self.target.texel_m);
         same.then_some(&input.mosaic)
     }
 
-    fn rows<const N: usize, T: Copy + Send + Sync>(
+    fn whole_rows(&self, row: usize, count: usize) -> SignedWindow {
+        SignedWindow { column: 0, row: row as i64, width: self.target.width, height: count }
+    }
+
+    fn rows<const N: usize, const HOLD: bool, T: Texel>(
         &self,
-        row: usize,
-        count: usize,
-        empty: T,
+        (row, count): (usize, usize),
         read: impl Fn(&Input, SignedWindow) -> Result<Vec<[f32; N]>, PrepareError> + Sync,
-        finish: impl Fn([f32; N]) -> Option<T> + Sync,
+        finish: impl Fn([f32; N]) -> T + Sync,
     ) -> Result<Vec<Vec<T>>, PrepareError> {
         let starts: Vec<usize> = (0..self.target.width).step_by(BLOCK_COLUMNS).collect();
+        let width_at = |column: usize| BLOCK_COLUMNS.min(self.target.width - column);
         let blocks: Vec<Vec<T>> = starts
             .par_iter()
             .map(|&column| {
-                let width = BLOCK_COLUMNS.min(self.target.width - column);
-                let block = Block { column, row, width, height: count };
-                let mut out = vec![None; width * count];
+                let block = Block { column, row, width: width_at(column), height: count };
+                let mut out = vec![T::EMPTY; block.width * count];
                 for input in &self.inputs {
-                    self.fill(input, block, &read, &finish, &mut |index, value| {
-                        out[index] = out[index].or(Some(value));
-                    })?;
+                    self.fill::<N, HOLD, T>(input, block, &read, &finish, &mut out, block.width)?;
                 }
-                Ok(out.into_iter().map(|value| value.unwrap_or(empty)).collect())
+                Ok(out)
             })
             .collect::<Result<_, PrepareError>>()?;
         let line = |row: usize| {
-            let parts = starts.iter().zip(&blocks).map(|(&column, block)| {
-                let width = BLOCK_COLUMNS.min(self.target.width - column);
-                &block[row * width..(row + 1) * width]
-            });
-            parts.collect::<Vec<_>>().concat()
+            let mut line = Vec::with_capacity(self.target.width);
+            for (&column, block) in starts.iter().zip(&blocks) {
+                let width = width_at(column);
+                line.extend_from_slice(&block[row * width..(row + 1) * width]);
+            }
+            line
         };
         Ok((0..count).map(line).collect())
     }
 
-    /// Samples one input over a block and puts every value it has at its index in the block.
-    fn fill<const N: usize, T>(
+    /// Samples one input over a block, into rows of `out` that are `stride` apart, where they are
+    /// still empty.
+    fn fill<const N: usize, const HOLD: bool, T: Texel>(
         &self,
         input: &Input,
         block: Block,
         read: &impl Fn(&Input, SignedWindow) -> Result<Vec<[f32; N]>, PrepareError>,
-        finish: &impl Fn([f32; N]) -> Option<T>,
-        put: &mut dyn FnMut(usize, T),
+        finish: &impl Fn([f32; N]) -> T,
+        out: &mut [T],
+        stride: usize,
     ) -> Result<(), PrepareError> {
-        let nodes = PositionNodes::new(
-            block.width,
-            block.height,
-            |column, row| {
-                input
-                    .columns_rows(self.centre(block.column as f64 + column, block.row as f64 + row))
-            },
-            input.mosaic.columns_round(),
-            f64::from(input.mosaic.size()[0]),
-        );
+        let nodes = self.nodes(input, block);
         let Some((low, high)) = nodes.bounds() else { return Ok(()) };
         let Some(window) = input.window(low, high) else { return Ok(()) };
         if window.width as f64 * window.height as f64 > MAX_WINDOW_CELLS
             && block.width.max(block.height) > 8
         {
-            for (part, offset) in quarters(block) {
-                self.fill(input, part, read, finish, &mut |index, value| {
-                    put(offset + index / part.width * block.width + index % part.width, value);
-                })?;
-            }
-            return Ok(());
+            return quarters(block).into_iter().try_for_each(|part| {
+                let at = (part.row - block.row) * stride + part.column - block.column;
+                self.fill::<N, HOLD, T>(input, part, read, finish, &mut out[at..], stride)
+            });
         }
         let taps = TapWindow::new(read(input, window)?, window);
         let cells_a_texel = nodes.cells_a_texel();
+        let put = |target: &mut T, value: [f32; N]| {
+            if !target.holds_data() {
+                *target = finish(value);
+            }
+        };
+        let size = [block.width, block.height];
+        let done = cells_a_texel <= MOST_INTERPOLATED
+            && sample_rows::<N, HOLD>(&taps, &nodes, size, |row, line| {
+                let targets = &mut out[row * stride..row * stride + block.width];
+                targets.iter_mut().zip(line).for_each(|(target, value)| put(target, *value));
+            });
+        if done {
+            return Ok(());
+        }
         for row in 0..block.height {
             for column in 0..block.width {
-                let Some(position) = nodes.position(column, row) else { continue };
-                let value = sample(&taps, position, cells_a_texel);
-                if let Some(value) = finish(value) {
-                    put(row * block.width + column, value);
+                if let Some(position) = nodes.position(column, row) {
+                    let value = sample::<N, HOLD>(&taps, position, cells_a_texel);
+                    put(&mut out[row * stride + column], value);
                 }
             }
         }
         Ok(())
+    }
+
+    fn nodes(&self, input: &Input, block: Block) -> PositionNodes {
+        PositionNodes::new(
+            block.width,
+            block.height,
+            |column, row| {
+                let centre = self.centre(block.column as f64 + column, block.row as f64 + row);
+                input.columns_rows(centre)
+            },
+            input.mosaic.columns_round(),
+            f64::from(input.mosaic.size()[0]),
+        )
     }
 
     /// The world position of the centre of a texel.
@@ -247,17 +265,16 @@ impl Input {
     }
 }
 
-/// A block cut in four (or two), with the index each part begins at.
-fn quarters(block: Block) -> Vec<(Block, usize)> {
-    let halves = |length: usize| match length {
-        0..=1 => vec![(0, length)],
-        _ => vec![(0, length / 2), (length / 2, length - length / 2)],
+/// A block cut in four (or two).
+fn quarters(block: Block) -> Vec<Block> {
+    let halves = |first: usize, length: usize| match length {
+        0..=1 => vec![(first, length)],
+        _ => vec![(first, length / 2), (first + length / 2, length - length / 2)],
     };
     let mut parts = Vec::new();
-    for (y, height) in halves(block.height) {
-        for (x, width) in halves(block.width) {
-            let part = Block { column: block.column + x, row: block.row + y, width, height };
-            parts.push((part, y * block.width + x));
+    for (row, height) in halves(block.row, block.height) {
+        for (column, width) in halves(block.column, block.width) {
+            parts.push(Block { column, row, width, height });
         }
     }
     parts

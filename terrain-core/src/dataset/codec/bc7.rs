@@ -16,6 +16,9 @@ type Colour = [f32; 4];
 const STEP_WEIGHTS: [f32; 16] =
     [0.0, 4.0, 9.0, 13.0, 17.0, 21.0, 26.0, 30.0, 34.0, 38.0, 43.0, 47.0, 51.0, 55.0, 60.0, 64.0];
 
+/// Sum of squared errors of a block that is not worth refining: half a code a channel.
+const NO_VISIBLE_ERROR: f32 = 16.0;
+
 /// One candidate for a block.
 #[derive(Clone, Copy)]
 struct Fit {
@@ -44,6 +47,9 @@ pub fn compress(rgba: &[u8], size_texels: u32) -> Vec<u8> {
 }
 
 fn best_fit(texels: &[Colour; 16]) -> Fit {
+    if texels.iter().all(|texel| texel == &texels[0]) {
+        return fit_to_ends(texels, texels[0], texels[0]);
+    }
     let mean = scaled(texels.iter().fold([0.0; 4], added), 1.0 / 16.0);
     let axis = principal_axis(texels, mean);
     let (low, high) = texels.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), t| {
@@ -52,7 +58,7 @@ fn best_fit(texels: &[Colour; 16]) -> Fit {
     });
     let end = |along: f32| added(mean, &scaled(axis, along));
     let first = fit_to_ends(texels, end(low), end(high));
-    if first.error == 0.0 {
+    if first.error <= NO_VISIBLE_ERROR {
         return first;
     }
     match refined_ends(texels, &first.steps) {

