@@ -33,10 +33,11 @@ fn main() {
     let dataset = Arc::new(prepare_demo(&demo, &folder.path().join("demo")));
     let flight = Flight::read(&demo.join("flight.json")).unwrap();
     let gpu = Arc::new(GpuContext::headless(&AdapterChoice::default()).unwrap());
-    let software = RendererSettings::for_software();
+    let by_adapter = RendererSettings::default();
+    let fine = RendererSettings { triangle_px: 8.0, anisotropy: 8, ..by_adapter };
     let mut cases = Vec::new();
     for (settings_name, settings) in
-        [("for_software", software), ("default", RendererSettings::default())]
+        [("by adapter", by_adapter), ("8 px triangles, 8 taps", fine)]
     {
         let settings = RendererSettings { vertical_exaggeration: EXAGGERATION, ..settings };
         let renderer = TerrainRenderer::new(Arc::clone(&gpu), dataset.clone(), settings).unwrap();

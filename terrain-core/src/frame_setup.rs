@@ -75,13 +75,27 @@ pub fn frame_uniforms(
 /// The scale of the circular mesh for an eye this high above the ground: a power of two at most the
 /// height, so that near the eye a triangle is about as large in pixels as farther away, and so that
 /// the vertices stay where they are while the height changes little.
-pub fn mesh_scale_m(clearance_m: f64) -> f64 {
-    const LEAST_M: f64 = 1.0;
-    clearance_m.max(LEAST_M).log2().floor().exp2()
+pub fn mesh_scale_m(tree: &TileTree, clearance_m: f64) -> f64 {
+    clearance_m.max(least_mesh_scale_m(tree)).log2().floor().exp2()
+}
+
+/// The least scale a mesh needs over the data: with it the vertices below the eye lie a hundred or
+/// more to a cell of the finest heights, between which the ground is all but flat.
+fn least_mesh_scale_m(tree: &TileTree) -> f64 {
+    let layout = &tree.heights.layout;
+    (layout.texel_size_m(&tree.scheme, layout.finest_level()) / 16.0).max(1.0)
+}
+
+/// Radius a mesh needs, in units of its scale, to reach all ground from any eye over the data at any
+/// height; larger for an eye farther out.
+pub fn mesh_radius(tree: &TileTree, eye: DVec2, scale_m: f64) -> f64 {
+    let diagonal_m = tree.data_extent.size_m().length();
+    let everywhere = diagonal_m / mesh_scale_m(tree, 0.0);
+    everywhere.max(reach_m(tree, eye) / scale_m)
 }
 
 /// Distance in metres from the eye to the farthest corner of the data.
-pub fn reach_m(tree: &TileTree, eye: DVec2) -> f64 {
+fn reach_m(tree: &TileTree, eye: DVec2) -> f64 {
     let far = (tree.data_extent.min - eye).abs().max((tree.data_extent.max - eye).abs());
     far.length()
 }

@@ -49,7 +49,7 @@ pub struct RendererSettings {
     pub max_tiles: usize,
     /// A tile is split while its texels are drawn larger than this many pixels.
     pub texel_px: f64,
-    /// Size that the mesh's triangles are to have in pixels.
+    /// Size that the mesh's triangles are to have in pixels; 0 leaves it to the adapter.
     pub triangle_px: f64,
     /// Factor on all heights.
     pub vertical_exaggeration: f64,
@@ -57,7 +57,7 @@ pub struct RendererSettings {
     pub upload_budget_bytes: u64,
     /// Width and height of the coordinate pass in pixels.
     pub coordinate_size_px: [u32; 2],
-    /// Most taps of the anisotropic filter on imagery; 1 is isotropic.
+    /// Most taps of the anisotropic filter on imagery; 1 is isotropic, 0 leaves it to the adapter.
     pub anisotropy: u32,
     /// How much the sun's light on slopes shows: 0 not at all, 1 fully.
     pub shading_strength: f32,
@@ -78,11 +78,11 @@ impl Default for RendererSettings {
             cache_rows: 6,
             max_tiles: 36,
             texel_px: 1.0,
-            triangle_px: 8.0,
+            triangle_px: Self::BY_ADAPTER_PX,
             vertical_exaggeration: 1.0,
             upload_budget_bytes: 1 << 20,
             coordinate_size_px: [160, 90],
-            anisotropy: 8,
+            anisotropy: Self::BY_ADAPTER_TAPS,
             shading_strength: 0.7,
             freeze_selection: false,
             debug_view: DebugView::Off,
@@ -93,10 +93,23 @@ impl Default for RendererSettings {
 }
 
 impl RendererSettings {
-    /// Settings for a GPU that is a program on the CPU, where triangles and filter taps are dear.
-    pub fn for_software() -> Self {
-        Self { triangle_px: 20.0, anisotropy: 1, ..Self::default() }
+    /// The settings with what is left to the adapter filled in: fine triangles and much filtering on
+    /// hardware, less on a program on the CPU, where both are dear.
+    pub(crate) fn for_adapter(mut self, is_software: bool) -> Self {
+        let (triangle_px, anisotropy) = if is_software { (20.0, 1) } else { (8.0, 8) };
+        if self.triangle_px == Self::BY_ADAPTER_PX {
+            self.triangle_px = triangle_px;
+        }
+        if self.anisotropy == Self::BY_ADAPTER_TAPS {
+            self.anisotropy = anisotropy;
+        }
+        self.checked()
     }
+
+    /// The value of `triangle_px` that leaves it to the adapter.
+    pub const BY_ADAPTER_PX: f64 = 0.0;
+    /// The value of `anisotropy` that leaves it to the adapter.
+    pub const BY_ADAPTER_TAPS: u32 = 0;
 
     /// The settings with every value brought into its range.
     pub fn checked(mut self) -> Self {
@@ -106,10 +119,12 @@ impl RendererSettings {
         let slots = (self.cache_columns * self.cache_rows) as usize;
         self.max_tiles = self.max_tiles.clamp(1, slots);
         self.texel_px = finite(self.texel_px, 1.0).clamp(0.1, 64.0);
-        self.triangle_px = finite(self.triangle_px, 8.0).clamp(1.0, 64.0);
+        if self.triangle_px != Self::BY_ADAPTER_PX {
+            self.triangle_px = finite(self.triangle_px, 8.0).clamp(1.0, 64.0);
+        }
         self.vertical_exaggeration = finite(self.vertical_exaggeration, 1.0).clamp(0.01, 1000.0);
         self.coordinate_size_px = self.coordinate_size_px.map(|size| size.clamp(8, 2048));
-        self.anisotropy = self.anisotropy.clamp(1, 16);
+        self.anisotropy = self.anisotropy.min(16);
         self.shading_strength = self.shading_strength.clamp(0.0, 1.0);
         self
     }

@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3, dvec3};
 
 use crate::CameraView;
 use crate::dataset::{LoadError, TileSource};
-use crate::frame_setup::{frame_uniforms, mesh_scale_m, reach_m};
+use crate::frame_setup::{frame_uniforms, mesh_radius, mesh_scale_m};
 use crate::gpu::{
     CoordinateFeedback, CoordinatePass, DebugImage, DebugImagePass, DebugImageSource,
     FrameBindings, FrameTimer, GpuContext, GpuError, MeshScene, Picture, PictureTarget,
@@ -75,7 +75,7 @@ pub struct TerrainRenderer {
     /// What the latest picture, displacement and coordinate image were made of.
     drawn: Option<SceneState>,
     displaced: Option<SceneState>,
-    coordinates: Option<SceneState>,
+    coordinates: Option<CoordinateState>,
     /// The view and the region's frame the latest selection was made for.
     selected: Option<(CameraView, u64)>,
 }
@@ -85,6 +85,16 @@ struct RegionState {
     /// `None`: the view was empty.
     region: Option<VisibleRegion>,
     frame: u64,
+    view: CameraView,
+}
+
+/// What a coordinate image depends on. Not the choice among resident tiles: it follows from the image,
+/// so that a still camera comes to rest.
+#[derive(Clone, Copy, PartialEq)]
+struct CoordinateState {
+    view: CameraView,
+    uploads: u64,
+    settings: RendererSettings,
 }
 
 /// What a picture depends on: equal states give equal pictures.
@@ -106,7 +116,7 @@ impl TerrainRenderer {
         source: Arc<dyn TileSource>,
         settings: RendererSettings,
     ) -> Result<Self, RenderError> {
-        let settings = settings.checked();
+        let settings = settings.for_adapter(gpu.is_software());
         let tree = TileTree::of_source(&*source);
         if !tree.heights.present.contains(TileId::ROOT) {
             return Err(RenderError::NoHeights);
@@ -154,7 +164,7 @@ impl TerrainRenderer {
     /// # Errors
     /// [`RenderError`] where the caches cannot be made anew; the old settings then stay.
     pub fn set_settings(&mut self, settings: RendererSettings) -> Result<(), RenderError> {
-        let settings = settings.checked();
+        let settings = settings.for_adapter(self.gpu.is_software());
         let rebuilt =
             |s: &RendererSettings| (s.cache_columns, s.cache_rows, s.coordinate_size_px, s.lookup);
         if rebuilt(&settings) != rebuilt(&self.settings) {
@@ -355,6 +365,11 @@ impl TerrainRenderer {
         SceneState { view: *view, data_version: self.terrain.version, settings: self.settings }
     }
 
+    fn coordinate_state(&self, scene: &SceneState) -> CoordinateState {
+        let SceneState { view, settings, .. } = *scene;
+        CoordinateState { view, uploads: self.terrain.uploads, settings }
+    }
+
     /// Whether tiles or a coordinate image are still to come for this view.
     fn is_pending(&self, view: &CameraView) -> bool {
         self.terrain.missing() > 0
@@ -365,7 +380,7 @@ impl TerrainRenderer {
 
     /// Whether the scene's coordinates have not been asked for yet.
     fn wants_coordinates(&self, scene: &SceneState) -> bool {
-        !self.settings.freeze_selection && self.coordinates != Some(*scene)
+        !self.settings.freeze_selection && self.coordinates != Some(self.coordinate_state(scene))
     }
 
     fn wants_selection(&self, view: &CameraView) -> bool {
@@ -380,7 +395,7 @@ impl TerrainRenderer {
         if let Some((image, count)) = self.feedback.take_newest() {
             self.ledger.add(ByteCause::Readback, count * self.feedback.image_bytes());
             let region = visible_region(&image);
-            self.region = Some(RegionState { region, frame: image.frame });
+            self.region = Some(RegionState { region, frame: image.frame, view: image.view });
         }
     }
 
@@ -423,7 +438,7 @@ impl TerrainRenderer {
         if tables.grew {
             self.bindings.rebind(&self.gpu.device, &self.cache.table);
         }
-        let scale_m = mesh_scale_m(self.clearance_m(scene));
+        let scale_m = mesh_scale_m(&terrain.tree, self.clearance_m(scene));
         let mut uniforms = frame_uniforms(view, &terrain.tree, &scene.settings, scale_m);
         [uniforms.height_table, uniforms.colour_table] = tables.ranges;
         uniforms.height_uv_per_texel = self.cache.heights.grid.uv_per_texel();
@@ -433,7 +448,7 @@ impl TerrainRenderer {
         let mesh_scene = MeshScene {
             view,
             scale_m,
-            reach_m: reach_m(&terrain.tree, eye),
+            radius: mesh_radius(&terrain.tree, eye, scale_m),
             height_range_m: terrain.height_range_m(scene.settings.vertical_exaggeration),
             data_extent: &terrain.tree.data_extent,
             triangle_px: scene.settings.triangle_px,
@@ -470,7 +485,7 @@ impl TerrainRenderer {
     ) -> Option<wgpu::Buffer> {
         let mesh = self.meshes.coordinates()?;
         let buffer = self.feedback.record(encoder, &self.bindings, mesh)?;
-        self.coordinates = Some(*scene);
+        self.coordinates = Some(self.coordinate_state(scene));
         Some(buffer)
     }
 
@@ -513,7 +528,7 @@ impl TerrainRenderer {
             tiles_missing: self.terrain.missing() as u64,
             tiles_evicted: evicted,
             tiles_resident: self.terrain.resident() as u64,
-            region_age_frames: self.region.as_ref().map(|state| self.frame - state.frame),
+            region_age_frames: self.region_age_frames(),
             finest_level: self.selection.statistics.finest_level,
             coordinate_pass_drawn,
             blocks_drawn: blocks,
@@ -522,6 +537,13 @@ impl TerrainRenderer {
         };
         record.set_bytes(&self.ledger.take());
         record
+    }
+
+    /// How many frames ago the region in use was seen; 0 where the camera has not moved since.
+    fn region_age_frames(&self) -> Option<u64> {
+        let state = self.region.as_ref()?;
+        let is_current = self.selected.is_some_and(|(view, _)| view == state.view);
+        Some(if is_current { 0 } else { self.frame - state.frame })
     }
 
     fn clearance_m(&self, scene: &SceneState) -> f64 {

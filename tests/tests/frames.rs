@@ -106,6 +106,35 @@ fn both_lookups_draw_the_same_picture() {
     assert!(descend == linear, "the pictures differ");
 }
 
+#[test]
+fn the_picture_does_not_depend_on_the_way_there() {
+    let high =
+        CameraView { eye: DVec2::ZERO.extend(60_000.0), pitch_deg: -60.0, ..view_at(DVec2::ZERO) };
+    let pictures = [true, false].map(|climbs| {
+        let mut bench = Bench::new(Arc::new(source_at(DVec2::ZERO)), RendererSettings::default())?;
+        if climbs {
+            bench.settled(&view_at(DVec2::ZERO));
+        }
+        Some(bench.settled(&high))
+    });
+    let [Some(climbed), Some(fresh)] = pictures else { return };
+    assert!(climbed == fresh, "fine tiles of the way there still show");
+}
+
+#[test]
+fn ground_shows_from_any_height() {
+    let source = Arc::new(source_at(DVec2::ZERO));
+    let Some(mut bench) = Bench::new(source, RendererSettings::default()) else { return };
+    for height_m in [1.0e5, 1.0e6, 1.0e7, 1.0e8] {
+        let fov_y_deg = 2.0 * (15_000.0_f64 / height_m).atan().to_degrees();
+        let view = CameraView { eye: DVec2::ZERO.extend(height_m), fov_y_deg, ..down() };
+        let picture = bench.settled(&view);
+        assert_eq!(holes(&picture), 0, "from {height_m} m");
+        let is_black = |pixel: &[u8]| pixel[..3] == [0, 0, 0];
+        assert!(!picture.rgba.chunks_exact(4).any(is_black), "black from {height_m} m");
+    }
+}
+
 /// A source whose finer tiles come late, or never.
 struct Reluctant {
     inner: AnalyticSource,

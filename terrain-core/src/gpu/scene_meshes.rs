@@ -1,3 +1,5 @@
+use std::f64::consts::TAU;
+
 use glam::DVec2;
 
 use super::displace_pass::DisplacePass;
@@ -22,8 +24,8 @@ pub(crate) struct MeshScene<'a> {
     pub view: &'a CameraView,
     /// Metres a unit of the mesh.
     pub scale_m: f64,
-    /// Distance from the eye to the farthest ground.
-    pub reach_m: f64,
+    /// Radius the mesh is to have, in units of its scale.
+    pub radius: f64,
     /// Lowest and highest ground, exaggerated.
     pub height_range_m: [f64; 2],
     pub data_extent: &'a Extent,
@@ -101,14 +103,18 @@ impl SceneMeshes {
 }
 
 impl MeshScene<'_> {
+    /// About how many vertices a mesh may have.
+    const MOST_VERTICES: f64 = 1.5e6;
+
     /// The mesh the view wants: spacing ratios in steps of a quarter octave and reaches of powers of
     /// four, so that zooming and moving seldom build it anew.
     fn mesh_settings(&self, factor: f64) -> CircularMeshSettings {
-        let ratio = self.triangle_px * factor * self.view.pixel_angle_rad();
-        CircularMeshSettings {
-            spacing_ratio: ((4.0 * ratio.log2()).floor() / 4.0).exp2(),
-            rho_max: 4.0_f64.powf((self.reach_m / self.scale_m).max(1.0).log(4.0).ceil()),
-        }
+        let rho_max = 4.0_f64.powf(self.radius.max(1.0).log(4.0).ceil());
+        // Rings times segments: asinh(radius) / ratio times 2 pi / ratio. A telephoto view would want
+        // more than memory holds, most of it out of sight.
+        let least_ratio = (TAU * rho_max.asinh() / Self::MOST_VERTICES).sqrt();
+        let ratio = (self.triangle_px * factor * self.view.pixel_angle_rad()).max(least_ratio);
+        CircularMeshSettings { spacing_ratio: ((4.0 * ratio.log2()).floor() / 4.0).exp2(), rho_max }
     }
 
     fn visible_blocks(&self, mesh: &DisplacedMesh) -> Vec<u32> {

@@ -166,7 +166,8 @@ fn new_grid(rasters: &[PlacedRaster], crs: &CoordinateSystem) -> Result<LayerGri
         };
         let own = extent_in(raster, crs).ok_or_else(misplaced)?;
         extent = Some(extent.map_or(own, |extent| extent.union(&own)));
-        let cell = cell_in(raster, crs).ok_or_else(misplaced)?;
+        let [width, height] = raster.source.info().size.map(f64::from);
+        let cell = cell_in(raster, crs, 0.5 * dvec2(width, height)).ok_or_else(misplaced)?;
         texel_m = texel_m.min((cell.x * cell.y).sqrt());
     }
     let extent = extent.unwrap_or(Extent::new(DVec2::ZERO, DVec2::ZERO));
@@ -184,13 +185,20 @@ fn new_grid(rasters: &[PlacedRaster], crs: &CoordinateSystem) -> Result<LayerGri
     Ok(LayerGrid { origin, texel_m, width: cells.x as usize, height: cells.y as usize })
 }
 
-/// Width and height in metres of the raster's middle cell in another CRS.
-fn cell_in(raster: &PlacedRaster, crs: &CoordinateSystem) -> Option<DVec2> {
-    let transform = CoordinateTransform::new(&raster.crs, crs);
+/// Columns and rows of the raster's place nearest to a point of another CRS. A picture of the whole
+/// Earth has pixels of very different size in a CRS made for a small part of it.
+fn place_nearest(raster: &PlacedRaster, crs: &CoordinateSystem, point: DVec2) -> Option<DVec2> {
+    let position = CoordinateTransform::new(crs, &raster.crs).apply(point)?;
     let [width, height] = raster.source.info().size.map(f64::from);
+    Some(raster.grid.columns_rows(position).clamp(DVec2::ZERO, dvec2(width, height)))
+}
+
+/// Width and height in metres of the raster's cell at `place` (columns and rows) in another CRS.
+fn cell_in(raster: &PlacedRaster, crs: &CoordinateSystem, place: DVec2) -> Option<DVec2> {
+    let transform = CoordinateTransform::new(&raster.crs, crs);
     let [south, north] = crs.latitude_limits_deg();
     let at = |column: f64, row: f64| {
-        let mut position = raster.grid.position(0.5 * dvec2(width, height) + dvec2(column, row));
+        let mut position = raster.grid.position(place + dvec2(column, row));
         if raster.crs.is_geographic() {
             position.y = position.y.clamp(south, north);
         }
@@ -255,7 +263,9 @@ fn colour_plan(
     rasters: Vec<PlacedRaster>,
     notes: &mut Vec<String>,
 ) -> Result<LayerPlan, PrepareError> {
-    let pixels = rasters.iter().filter_map(|raster| cell_in(raster, crs));
+    let pixels = rasters
+        .iter()
+        .filter_map(|raster| cell_in(raster, crs, place_nearest(raster, crs, extent.centre())?));
     let pixel_m = pixels.map(DVec2::min_element).fold(f64::INFINITY, f64::min);
     let tile_texels = f64::from(request.colour_tile_texels);
     let texel_m = |level: u8| scheme.tile_size_m(level) / tile_texels;

@@ -60,6 +60,22 @@ impl<T: Send + 'static> LayerStream<T> {
         self.missing
     }
 
+    /// The tiles to draw with, and their slots: of each wanted tile itself or, until it is resident,
+    /// its finest resident ancestor, and level 0. Other tiles that happen to be resident are left
+    /// out: the picture then depends on the view alone, not on the way there, and ground far away
+    /// is not drawn from tiles far too fine for it.
+    pub fn shown(&self, wanted: &[TileId]) -> Vec<(TileId, u32)> {
+        let stand_in = |&tile: &TileId| {
+            std::iter::successors(Some(tile), |tile| tile.parent())
+                .find_map(|tile| Some((tile, self.cache.slot_of(tile)?)))
+        };
+        let mut shown =
+            wanted.iter().chain([&TileId::ROOT]).filter_map(stand_in).collect::<Vec<_>>();
+        shown.sort_unstable();
+        shown.dedup();
+        shown
+    }
+
     /// Gives the stream a tile that was loaded elsewhere; it waits for its upload.
     pub fn supply(&mut self, tile: TileId, payload: T) {
         self.ready.insert(tile, payload);
