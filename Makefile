@@ -21,7 +21,7 @@ check: build-tools
 	cargo fmt --all --check
 	cargo clippy --locked --workspace --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps
-	cargo test --locked --package terrain-tests --test licences --test source_rules --test documents
+	cargo test --locked --workspace --test licences --test source_rules --test documents
 
 build-tools:
 	@scripts/ensure_build_tools.sh

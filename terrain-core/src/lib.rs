@@ -70,6 +70,7 @@ pub mod measure;
 pub mod prepare;
 pub mod renderer_settings;
 pub mod residency;
+mod resident_terrain;
 pub mod selection;
 pub mod surface;
 mod terrain_renderer;

@@ -3,31 +3,28 @@
 //! Each frame takes in what has arrived (a coordinate image drawn some frames ago, tiles from disk),
 //! selects tiles, brings new ones to the GPU within the budget, displaces the mesh, asks for the next
 //! coordinate image and draws. Nothing in it waits for the GPU or the disk, and nothing is done that
-//! would give what the last frame already has: see `FrameNeeds`.
+//! would give what the last frame already has: see `SceneState`.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::{DVec2, DVec3, dvec3};
 
 use crate::CameraView;
-use crate::dataset::{ColourTile, HeightTile, LoadError, TileSource};
+use crate::dataset::{LoadError, TileSource};
 use crate::frame_setup::{frame_uniforms, mesh_scale_m, reach_m};
 use crate::gpu::{
-    CoordinateFeedback, CoordinatePass, DEPTH_FORMAT, DebugImage, DebugImagePass, DebugImageSource,
-    DisplacePass, DisplacedMesh, FrameBindings, FrameTimer, GpuContext, GpuError, SkyPass,
-    SortTrianglesPass, TerrainCache, TerrainPass, TerrainPassSettings, depth_attachment,
-    read_texture,
+    CoordinateFeedback, CoordinatePass, DebugImage, DebugImagePass, DebugImageSource,
+    FrameBindings, FrameTimer, GpuContext, GpuError, MeshScene, Picture, PictureTarget,
+    SceneMeshes, TerrainCache, TerrainPassSettings, read_texture,
 };
-use crate::layer_loading::{LayerStreams, colour_format, load_colours, open_streams};
+use crate::layer_loading::colour_format;
 use crate::measure::{ByteCause, FrameLedger, FrameRecord};
 use crate::renderer_settings::{LookupMethod, RendererSettings};
-use crate::residency::{LayerStream, OffsetTable};
+use crate::resident_terrain::{Arrivals, OpenTerrainError, ResidentTerrain};
 use crate::selection::{
     Selection, SelectionConfig, TileTree, VisibleRegion, select, visible_region,
 };
-use crate::surface::CircularMeshSettings;
 use crate::tiling::TileId;
 
 /// Why a frame could not be drawn, or a renderer not be made.
@@ -47,46 +44,40 @@ pub enum RenderError {
     NoHeights,
 }
 
-/// The coarse mesh of the coordinate pass: how much larger its triangles are.
-const COORDINATE_TRIANGLE_FACTOR: f64 = 4.0;
+impl From<OpenTerrainError> for RenderError {
+    fn from(error: OpenTerrainError) -> Self {
+        match error {
+            OpenTerrainError::Load(error) => Self::Load(error),
+            OpenTerrainError::Threads(error) => Self::Threads(error),
+        }
+    }
+}
 
 /// Draws a dataset as the tile-scheduling method does.
 pub struct TerrainRenderer {
     gpu: Arc<GpuContext>,
     source: Arc<dyn TileSource>,
-    tree: TileTree,
     settings: RendererSettings,
-
-    heights: LayerStream<HeightTile>,
-    colours: Option<LayerStream<ColourTile>>,
-    /// The resident height tiles, for questions about the ground.
-    resident_heights: HashMap<TileId, HeightTile>,
-    height_table: OffsetTable,
-    colour_table: Option<OffsetTable>,
+    terrain: ResidentTerrain,
 
     cache: TerrainCache,
     bindings: FrameBindings,
-    displace: DisplacePass,
-    sort_triangles: SortTrianglesPass,
+    meshes: SceneMeshes,
     feedback: CoordinateFeedback,
+    picture: Picture,
     timer: FrameTimer,
-    mesh: Option<DisplacedMesh>,
-    coordinate_mesh: Option<DisplacedMesh>,
-    picture: Option<PicturePasses>,
-    depth: Option<DepthBuffer>,
     debug_images: Option<DebugImagePass>,
 
     ledger: FrameLedger,
     frame: u64,
     region: Option<RegionState>,
     selection: Selection,
-    /// Counts changes of what is resident.
-    data_version: u64,
+    /// What the latest picture, displacement and coordinate image were made of.
     drawn: Option<SceneState>,
     displaced: Option<SceneState>,
     coordinates: Option<SceneState>,
+    /// The view and the region's frame the latest selection was made for.
     selected: Option<(CameraView, u64)>,
-    failures: Vec<String>,
 }
 
 /// The latest region that came back.
@@ -102,26 +93,6 @@ struct SceneState {
     view: CameraView,
     data_version: u64,
     settings: RendererSettings,
-}
-
-/// The passes of the picture for one target format.
-struct PicturePasses {
-    settings: TerrainPassSettings,
-    terrain: TerrainPass,
-    sky: SkyPass,
-}
-
-/// The depth buffer of the picture.
-struct DepthBuffer {
-    view: wgpu::TextureView,
-    size_px: [u32; 2],
-}
-
-/// What one frame has brought to the GPU.
-#[derive(Default)]
-struct Moved {
-    new: u64,
-    evicted: u64,
 }
 
 impl TerrainRenderer {
@@ -142,48 +113,32 @@ impl TerrainRenderer {
         }
         let slots = (settings.cache_columns, settings.cache_rows);
         let format = colour_format(&*source, gpu.has_block_compression());
-        let LayerStreams { heights, colours } = open_streams(&source, format, slots)?;
-        let cache = TerrainCache::new(&gpu, &tree, format, slots);
-        let bindings =
-            FrameBindings::new(&gpu.device, &cache.table, &cache.heights, &cache.colours);
-        let linear = settings.lookup == LookupMethod::Linear;
-        let displace = DisplacePass::new(&gpu.device, &bindings, linear);
-        let sort_triangles = SortTrianglesPass::new(&gpu.device);
-        let feedback = CoordinateFeedback::new(&gpu.device, &bindings, settings.coordinate_size_px);
-        let timer = FrameTimer::new(&gpu.device, &gpu.queue);
-        let mut renderer = Self {
+        let mut ledger = FrameLedger::default();
+        let terrain = ResidentTerrain::open(&source, tree, format, slots, &mut ledger)?;
+        let device = &gpu.device;
+        let cache = TerrainCache::new(&gpu, &terrain.tree, format, slots);
+        let bindings = FrameBindings::new(device, &cache.table, &cache.heights, &cache.colours);
+        let renderer = Self {
+            meshes: SceneMeshes::new(device, &bindings, settings.lookup == LookupMethod::Linear),
+            feedback: CoordinateFeedback::new(device, &bindings, settings.coordinate_size_px),
+            timer: FrameTimer::new(device, &gpu.queue),
+            picture: Picture::default(),
             gpu,
             source,
-            tree,
             settings,
-            heights,
-            colours,
-            resident_heights: HashMap::new(),
-            height_table: OffsetTable::build([]),
-            colour_table: None,
+            terrain,
             cache,
             bindings,
-            displace,
-            sort_triangles,
-            feedback,
-            timer,
-            mesh: None,
-            coordinate_mesh: None,
-            picture: None,
-            depth: None,
             debug_images: None,
-            ledger: FrameLedger::default(),
+            ledger,
             frame: 0,
             region: None,
             selection: Selection { tiles: vec![TileId::ROOT], ..Default::default() },
-            data_version: 0,
             drawn: None,
             displaced: None,
             coordinates: None,
             selected: None,
-            failures: Vec::new(),
         };
-        renderer.load_root()?;
         renderer.gpu.check()?;
         Ok(renderer)
     }
@@ -217,7 +172,7 @@ impl TerrainRenderer {
 
     /// What is drawn.
     pub fn tree(&self) -> &TileTree {
-        &self.tree
+        &self.terrain.tree
     }
 
     /// The tiles the last frame was drawn with.
@@ -228,17 +183,13 @@ impl TerrainRenderer {
     /// Takes what went wrong with single tiles since the last call, in words. A coarser tile shows
     /// in their place.
     pub fn take_failures(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.failures)
+        self.terrain.take_failures()
     }
 
     /// Height of the ground in metres above the datum, without exaggeration, from the finest
     /// resident tile that has data there. `None` outside the data.
     pub fn ground_height_m(&self, point: DVec2) -> Option<f64> {
-        let layout = &self.tree.heights.layout;
-        (0..=layout.finest_level()).rev().find_map(|level| {
-            let tile = self.tree.scheme.tile_at(level, point)?;
-            self.resident_heights.get(&tile)?.height_at_m(&self.tree.scheme, layout, point)
-        })
+        self.terrain.ground_height_m(point)
     }
 
     /// Whether a frame for this view would show or do anything the last one did not. A window need
@@ -294,7 +245,7 @@ impl TerrainRenderer {
         self.displace(&mut encoder, &scene, false, false);
         let format = CoordinatePass::FULL_FORMAT;
         let pass = CoordinatePass::new(&self.gpu.device, &self.bindings, format, view.viewport_px);
-        if let Some(mesh) = &self.mesh {
+        if let Some(mesh) = self.meshes.picture() {
             pass.record(&mut encoder, &self.bindings, mesh.parts(), mesh.visible());
         }
         self.gpu.queue.submit([encoder.finish()]);
@@ -323,7 +274,7 @@ impl TerrainRenderer {
         let heights = self.cache.heights.height_mip(0);
         let colours = self.cache.colours.mip(0);
         let range = self.source.manifest().heights.range;
-        let eye_up_m = self.drawn.map_or(1.0, |scene| self.clearance_m(&scene.view)) as f32;
+        let eye_up_m = self.drawn.map_or(1.0, |scene| self.clearance_m(&scene)) as f32;
         let (texture, range_m) = match image {
             DebugImage::Coordinates => (&self.feedback.pass.target_view, [0.0, eye_up_m]),
             DebugImage::HeightCache => (&heights, [range.min_m, range.max_m]),
@@ -350,10 +301,7 @@ impl TerrainRenderer {
                 // A failure of the wait shows in the next frame's check of the device.
                 let _ = self.gpu.device.poll(wgpu::PollType::wait_indefinitely());
             } else {
-                self.heights.wait(PATIENCE);
-                if let Some(colours) = &self.colours {
-                    colours.wait(PATIENCE);
-                }
+                self.terrain.wait(PATIENCE);
             }
             let record = self.frame(view, None)?;
             sum.add_work_of(&record);
@@ -372,7 +320,9 @@ impl TerrainRenderer {
         self.receive_region();
         let select_ms = self.select(view);
         let mut encoder = self.encoder();
-        let moved = self.stream(&mut encoder);
+        let arrivals = self.stream(&mut encoder);
+        let moved = (arrivals.count() as u64, arrivals.evicted() as u64);
+        self.terrain.keep(arrivals.heights);
         let scene = self.scene(view);
         let measuring = target.is_some() && self.timer.begin();
         self.set_up(&scene);
@@ -389,7 +339,7 @@ impl TerrainRenderer {
         if let Some(buffer) = ticket {
             self.feedback.begin(buffer, self.frame, *view);
         }
-        let mut record = self.record(&moved, asked);
+        let mut record = self.record(moved, asked);
         record.select_ms = select_ms;
         record.cpu_ms = started.elapsed().as_secs_f64() * 1.0e3;
         record.frame_ms = record.cpu_ms;
@@ -402,14 +352,12 @@ impl TerrainRenderer {
     }
 
     fn scene(&self, view: &CameraView) -> SceneState {
-        SceneState { view: *view, data_version: self.data_version, settings: self.settings }
+        SceneState { view: *view, data_version: self.terrain.version, settings: self.settings }
     }
 
     /// Whether tiles or a coordinate image are still to come for this view.
     fn is_pending(&self, view: &CameraView) -> bool {
-        let missing =
-            self.heights.missing() + self.colours.as_ref().map_or(0, |colours| colours.missing());
-        missing > 0
+        self.terrain.missing() > 0
             || self.feedback.is_waiting()
             || self.wants_coordinates(&self.scene(view))
             || self.wants_selection(view)
@@ -447,96 +395,53 @@ impl TerrainRenderer {
             texel_px: self.settings.texel_px,
             vertical_exaggeration: self.settings.vertical_exaggeration,
         };
-        self.selection = select(&self.tree, state.region.as_ref(), view, &config);
+        self.selection = select(&self.terrain.tree, state.region.as_ref(), view, &config);
         self.selected = Some((*view, state.frame));
         started.elapsed().as_secs_f64() * 1.0e3
     }
 
     /// Brings what has been loaded to the GPU within the budget and asks for what is missing.
-    fn stream(&mut self, encoder: &mut wgpu::CommandEncoder) -> Moved {
+    fn stream(&mut self, encoder: &mut wgpu::CommandEncoder) -> Arrivals {
         let budget = self.settings.upload_budget_bytes;
-        let mut moved = Moved::default();
-        let wanted = self.selection.height_tiles(&self.tree);
-        let update = self.heights.update(&wanted, budget, self.frame);
-        self.ledger.add(ByteCause::Disk, update.disk_bytes);
-        self.failures.extend(update.failures);
-        let sent = self.cache.upload_heights(&self.gpu, encoder, &self.tree, &update.uploads);
-        self.ledger.add(ByteCause::Dem, sent);
-        for (placement, tile) in update.uploads {
-            moved.count(placement.evicted.is_some());
-            if let Some(evicted) = placement.evicted {
-                self.resident_heights.remove(&evicted);
-            }
-            self.resident_heights.insert(placement.tile, tile);
-        }
-
-        if let Some(colours) = &mut self.colours {
-            let wanted = self.selection.colour_tiles(&self.tree);
-            let update = colours.update(&wanted, budget.saturating_sub(sent), self.frame);
-            self.ledger.add(ByteCause::Disk, update.disk_bytes);
-            self.failures.extend(update.failures);
-            let sent = self.cache.upload_colours(&self.gpu, encoder, &update.uploads);
-            self.ledger.add(ByteCause::Dom, sent);
-            for (placement, _) in &update.uploads {
-                moved.count(placement.evicted.is_some());
-            }
-        }
-        if moved.new > 0 {
-            self.data_version += 1;
-            self.height_table = OffsetTable::build(self.heights.cache().residents());
-            self.colour_table =
-                self.colours.as_ref().map(|layer| OffsetTable::build(layer.cache().residents()));
-        }
-        moved
+        let ledger = &mut self.ledger;
+        let arrivals = self.terrain.stream(&self.selection, budget, self.frame, ledger);
+        let tree = &self.terrain.tree;
+        let sent = self.cache.upload_heights(&self.gpu, encoder, tree, &arrivals.heights);
+        ledger.add(ByteCause::Dem, sent);
+        let sent = self.cache.upload_colours(&self.gpu, encoder, &arrivals.colours);
+        ledger.add(ByteCause::Dom, sent);
+        arrivals
     }
 
     /// Brings tables, uniforms and the visible parts of the meshes to the GPU for the scene.
     fn set_up(&mut self, scene: &SceneState) {
-        let view = &scene.view;
+        let (view, terrain) = (&scene.view, &self.terrain);
         let eye = view.eye.truncate();
-        let tables = self.cache.update_tables(
-            &self.gpu,
-            &self.tree,
-            eye,
-            &self.height_table,
-            self.colour_table.as_ref(),
-        );
+        let (heights, colours) = (&terrain.height_table, terrain.colour_table.as_ref());
+        let tables = self.cache.update_tables(&self.gpu, &terrain.tree, eye, heights, colours);
         self.ledger.add(ByteCause::Table, tables.sent_bytes);
         if tables.grew {
             self.bindings.rebind(&self.gpu.device, &self.cache.table);
         }
-        let scale_m = mesh_scale_m(self.clearance_m(view));
-        let mut uniforms = frame_uniforms(view, &self.tree, &scene.settings, scale_m);
+        let scale_m = mesh_scale_m(self.clearance_m(scene));
+        let mut uniforms = frame_uniforms(view, &terrain.tree, &scene.settings, scale_m);
         [uniforms.height_table, uniforms.colour_table] = tables.ranges;
         uniforms.height_uv_per_texel = self.cache.heights.grid.uv_per_texel();
         uniforms.colour_uv_per_texel = self.cache.colours.grid.uv_per_texel();
         let sent = self.bindings.set_uniforms(&self.gpu.queue, &uniforms);
         self.ledger.add(ByteCause::Uniform, sent);
-        let range = self.tree.height_ranges.range(TileId::ROOT);
-        let exaggeration = scene.settings.vertical_exaggeration;
-        let [low_m, high_m] = range
-            .map_or([0.0; 2], |r| [r.min_m, r.max_m])
-            .map(|height_m| f64::from(height_m) * exaggeration);
-        let passes = (&self.displace, &self.sort_triangles);
-        for (mesh, factor) in
-            [(&mut self.mesh, 1.0), (&mut self.coordinate_mesh, COORDINATE_TRIANGLE_FACTOR)]
-        {
-            let triangle_px = scene.settings.triangle_px * factor;
-            let wanted = mesh_settings(view, triangle_px, reach_m(&self.tree, eye) / scale_m);
-            let mesh = match mesh.take() {
-                Some(built) if built.serves(&wanted) => mesh.insert(built),
-                _ => {
-                    let built = DisplacedMesh::new(&self.gpu.device, passes, wanted);
-                    self.ledger.add(ByteCause::Mesh, built.sent_bytes());
-                    self.displaced = None;
-                    mesh.insert(built)
-                }
-            };
-            let extent = &self.tree.data_extent;
-            let visible =
-                mesh.mesh().visible_blocks(view, scale_m, DVec2::ZERO, low_m, high_m, extent);
-            let sent = mesh.set_visible(&self.gpu.queue, visible);
-            self.ledger.add(ByteCause::Mesh, sent);
+        let mesh_scene = MeshScene {
+            view,
+            scale_m,
+            reach_m: reach_m(&terrain.tree, eye),
+            height_range_m: terrain.height_range_m(scene.settings.vertical_exaggeration),
+            data_extent: &terrain.tree.data_extent,
+            triangle_px: scene.settings.triangle_px,
+        };
+        let (sent, rebuilt) = self.meshes.set_up(&self.gpu.device, &self.gpu.queue, &mesh_scene);
+        self.ledger.add(ByteCause::Mesh, sent);
+        if rebuilt {
+            self.displaced = None;
         }
     }
 
@@ -552,15 +457,8 @@ impl TerrainRenderer {
             label: Some("displace"),
             timestamp_writes: self.timer.first_pass(measuring),
         });
-        let fresh = self.displaced == Some(*scene);
-        let picture_mesh = self.mesh.as_ref().filter(|_| !fresh);
-        let coordinate_mesh = self.coordinate_mesh.as_ref().filter(|_| coordinates);
-        for mesh in picture_mesh.into_iter().chain(coordinate_mesh) {
-            mesh.displace(&mut pass, &self.displace, &self.bindings);
-        }
-        if let Some(mesh) = picture_mesh {
-            mesh.sort_triangles(&mut pass, &self.sort_triangles);
-        }
+        let picture = self.displaced != Some(*scene);
+        self.meshes.displace(&mut pass, &self.bindings, [picture, coordinates]);
         self.displaced = Some(*scene);
     }
 
@@ -570,7 +468,7 @@ impl TerrainRenderer {
         encoder: &mut wgpu::CommandEncoder,
         scene: &SceneState,
     ) -> Option<wgpu::Buffer> {
-        let mesh = self.coordinate_mesh.as_ref()?;
+        let mesh = self.meshes.coordinates()?;
         let buffer = self.feedback.record(encoder, &self.bindings, mesh)?;
         self.coordinates = Some(*scene);
         Some(buffer)
@@ -589,59 +487,32 @@ impl TerrainRenderer {
             target: format,
             linear_lookup: scene.settings.lookup == LookupMethod::Linear,
             wireframe: scene.settings.wireframe,
-            has_colours: self.colours.is_some(),
+            has_colours: self.terrain.has_colours(),
             has_voids: self.source.manifest().heights.has_voids,
             anisotropy: scene.settings.anisotropy,
             debug_view: scene.settings.debug_view,
         };
-        let size_px = scene.view.viewport_px;
-        let passes = match self.picture.take() {
-            Some(passes) if passes.settings == settings => passes,
-            _ => PicturePasses::new(&self.gpu.device, &self.bindings, settings),
+        let target = PictureTarget {
+            view: target,
+            size_px: scene.view.viewport_px,
+            timestamps: self.timer.last_pass(measuring),
         };
-        let depth = match self.depth.take() {
-            Some(depth) if depth.size_px == size_px => depth,
-            _ => DepthBuffer::new(&self.gpu.device, size_px),
-        };
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("picture"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: target,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
-            depth_stencil_attachment: Some(depth_attachment(&depth.view)),
-            timestamp_writes: self.timer.last_pass(measuring),
-            ..Default::default()
-        });
-        if let Some(mesh) = &self.mesh {
-            passes.terrain.draw(&mut pass, &self.bindings, mesh.parts(), mesh.visible());
-        }
-        passes.sky.draw(&mut pass, &self.bindings);
-        drop(pass);
-        self.picture = Some(passes);
-        self.depth = Some(depth);
+        let mesh = self.meshes.picture();
+        self.picture.record(&self.gpu.device, encoder, &self.bindings, mesh, settings, target);
         self.drawn = Some(*scene);
     }
 
-    fn record(&mut self, moved: &Moved, coordinate_pass_drawn: bool) -> FrameRecord {
-        let colours = self.colours.as_ref();
-        let missing = self.heights.missing() + colours.map_or(0, |layer| layer.missing());
-        let resident = self.heights.cache().len() + colours.map_or(0, |layer| layer.cache().len());
-        let (blocks, triangles) = self.mesh.as_ref().map_or((0, 0), |mesh| mesh.drawn());
+    fn record(&mut self, (new, evicted): (u64, u64), coordinate_pass_drawn: bool) -> FrameRecord {
+        let (blocks, triangles) = self.meshes.picture().map_or((0, 0), |mesh| mesh.drawn());
         let mut record = FrameRecord {
             strategy: "rtt-quadtree".to_owned(),
             frame: self.frame,
             gpu_ms: self.timer.latest_ms(),
             tiles_selected: self.selection.tiles.len() as u64,
-            tiles_new: moved.new,
-            tiles_missing: missing as u64,
-            tiles_evicted: moved.evicted,
-            tiles_resident: resident as u64,
+            tiles_new: new,
+            tiles_missing: self.terrain.missing() as u64,
+            tiles_evicted: evicted,
+            tiles_resident: self.terrain.resident() as u64,
             region_age_frames: self.region.as_ref().map(|state| self.frame - state.frame),
             finest_level: self.selection.statistics.finest_level,
             coordinate_pass_drawn,
@@ -653,70 +524,7 @@ impl TerrainRenderer {
         record
     }
 
-    /// Height of the eye above the ground below it, in drawn (exaggerated) metres.
-    fn clearance_m(&self, view: &CameraView) -> f64 {
-        let extent = &self.tree.data_extent;
-        let below = view.eye.truncate().clamp(extent.min, extent.max);
-        let lowest_m = self.tree.height_ranges.range(TileId::ROOT).map(|r| f64::from(r.min_m));
-        let ground_m = self.ground_height_m(below).or(lowest_m).unwrap_or(0.0);
-        let up_m = view.eye.z - ground_m * self.settings.vertical_exaggeration;
-        up_m.hypot(view.eye.truncate().distance(below))
-    }
-
-    /// Loads level 0 and has it wait for the first frame.
-    fn load_root(&mut self) -> Result<(), RenderError> {
-        let loaded = self.source.load_heights(TileId::ROOT)?;
-        self.ledger.add(ByteCause::Disk, loaded.disk_bytes);
-        self.heights.supply(TileId::ROOT, loaded.tile);
-        if let Some(colours) = &mut self.colours {
-            let loaded = load_colours(&*self.source, self.cache.colours.format, TileId::ROOT)?;
-            self.ledger.add(ByteCause::Disk, loaded.disk_bytes);
-            colours.supply(TileId::ROOT, loaded.tile);
-        }
-        Ok(())
-    }
-}
-
-impl Moved {
-    fn count(&mut self, evicted: bool) {
-        self.new += 1;
-        self.evicted += u64::from(evicted);
-    }
-}
-
-impl PicturePasses {
-    fn new(device: &wgpu::Device, bindings: &FrameBindings, settings: TerrainPassSettings) -> Self {
-        Self {
-            terrain: TerrainPass::new(device, bindings, settings),
-            sky: SkyPass::new(device, bindings, settings.target),
-            settings,
-        }
-    }
-}
-
-impl DepthBuffer {
-    fn new(device: &wgpu::Device, size_px: [u32; 2]) -> Self {
-        let [width, height] = size_px;
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("depth"),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: DEPTH_FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-            view_formats: &[],
-        });
-        Self { view: texture.create_view(&Default::default()), size_px }
-    }
-}
-
-/// The mesh a view wants: spacing ratios in steps of a quarter octave and reaches of powers of four,
-/// so that zooming and moving seldom build it anew.
-fn mesh_settings(view: &CameraView, triangle_px: f64, reach: f64) -> CircularMeshSettings {
-    let ratio = triangle_px * view.pixel_angle_rad();
-    CircularMeshSettings {
-        spacing_ratio: ((4.0 * ratio.log2()).floor() / 4.0).exp2(),
-        rho_max: 4.0_f64.powf(reach.max(1.0).log(4.0).ceil()),
+    fn clearance_m(&self, scene: &SceneState) -> f64 {
+        self.terrain.clearance_m(scene.view.eye, scene.settings.vertical_exaggeration)
     }
 }
