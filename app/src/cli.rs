@@ -9,11 +9,15 @@ use crate::commands::info::InfoArgs;
 use crate::commands::prepare::PrepareArgs;
 use crate::commands::render::RenderArgs;
 
+const EXAMPLE: &str = "Example:
+  terrain prepare --dem dem.tif --dom orthophoto.tif --out alps
+  terrain fly alps";
+
 /// Streams and draws terrain far larger than memory, and measures itself while it does.
 ///
 /// Without a command it flies over the bundled demo.
 #[derive(Debug, Parser)]
-#[command(name = "terrain", version, max_term_width = 100)]
+#[command(name = "terrain", version, max_term_width = 100, after_help = EXAMPLE)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -54,6 +58,7 @@ mod tests {
     fn every_command_shows_an_example() {
         let mut command = Cli::command();
         command.build();
+        assert!(command.render_long_help().to_string().contains("  terrain prepare"));
         for sub in command.get_subcommands().filter(|sub| sub.get_name() != "help") {
             let help = sub.clone().render_long_help().to_string();
             let example = format!("  terrain {}", sub.get_name());

@@ -49,7 +49,8 @@ pub struct RendererSettings {
     pub max_tiles: usize,
     /// A tile is split while its texels are drawn larger than this many pixels.
     pub texel_px: f64,
-    /// Size that the mesh's triangles are to have in pixels; 0 leaves it to the adapter.
+    /// Size that the mesh's triangles are to have in pixels; 0 leaves it to the adapter. A mesh of more
+    /// than about a million vertices is made coarser.
     pub triangle_px: f64,
     /// Factor on all heights.
     pub vertical_exaggeration: f64,

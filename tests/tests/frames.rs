@@ -241,6 +241,22 @@ fn a_view_of_the_sky_is_a_state() {
 }
 
 #[test]
+fn a_lost_device_is_an_error_not_a_panic() {
+    let source = Arc::new(source_at(DVec2::ZERO));
+    let Some(mut bench) = Bench::new(source, RendererSettings::default()) else { return };
+    let mut view = view_at(DVec2::ZERO);
+    bench.renderer.render(&view, bench.target.view(), OFFSCREEN_FORMAT).unwrap();
+    bench.gpu.device.destroy();
+    let failed = (0..4).any(|_| {
+        // The loss is told once the work before it has ended.
+        let _ = bench.gpu.wait();
+        view.heading_deg += 1.0;
+        bench.renderer.render(&view, bench.target.view(), OFFSCREEN_FORMAT).is_err()
+    });
+    assert!(failed, "frames go on without a device");
+}
+
+#[test]
 fn the_smallest_cache_still_draws() {
     let settings = RendererSettings {
         cache_columns: 1,

@@ -118,16 +118,25 @@ impl GpuContext {
         .union(wgpu::Features::POLYGON_MODE_LINE);
 
     /// The entry to the drivers for this choice. Needed before the context only to make a surface.
+    ///
+    /// OpenGL is opened only where it is asked for or nothing else has a fitting adapter: it is the
+    /// poorer choice, and its libraries write to stderr of their own accord.
     pub fn instance(choice: &AdapterChoice) -> wgpu::Instance {
-        wgpu::Instance::new(wgpu::InstanceDescriptor {
-            backends: choice.backends(),
-            ..wgpu::InstanceDescriptor::new_without_display_handle()
-        })
+        let wanted = choice.backends();
+        let without_gl = wanted - wgpu::Backends::GL;
+        if without_gl.is_empty() {
+            return open_backends(wanted);
+        }
+        let instance = open_backends(without_gl);
+        let adapters = pollster::block_on(instance.enumerate_adapters(without_gl));
+        let fits = |adapter: &wgpu::Adapter| choice.accepts(&adapter.get_info());
+        if adapters.iter().any(fits) { instance } else { open_backends(wanted) }
     }
 
     /// Every adapter the drivers offer.
     pub fn adapters(choice: &AdapterChoice) -> Vec<wgpu::Adapter> {
-        pollster::block_on(Self::instance(choice).enumerate_adapters(choice.backends()))
+        let backends = choice.backends();
+        pollster::block_on(open_backends(backends).enumerate_adapters(backends))
     }
 
     /// Opens a GPU without a window.
@@ -183,14 +192,22 @@ impl GpuContext {
         waited.map(drop).map_err(|error| GpuError::Lost(error.to_string()))
     }
 
-    /// The error the device has reported since the last call, if any.
+    /// The first error the device has reported, if any: from there on nothing it draws is to be
+    /// trusted, and every call says so.
     ///
     /// # Errors
     /// [`GpuError::Lost`] with the driver's words.
     pub fn check(&self) -> Result<(), GpuError> {
-        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner).clone();
         failure.map_or(Ok(()), |reason| Err(GpuError::Lost(reason)))
     }
+}
+
+fn open_backends(backends: wgpu::Backends) -> wgpu::Instance {
+    wgpu::Instance::new(wgpu::InstanceDescriptor {
+        backends,
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    })
 }
 
 fn choose_adapter(
@@ -246,8 +263,6 @@ fn report_failures(device: &wgpu::Device, failure: &Arc<Mutex<Option<String>>>) 
     device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(&slot, error.to_string())));
     let slot = Arc::clone(failure);
     device.set_device_lost_callback(move |reason, message| {
-        if reason != wgpu::DeviceLostReason::Destroyed {
-            keep(&slot, message);
-        }
+        keep(&slot, format!("the device is lost ({reason:?}) {message}"));
     });
 }

@@ -81,7 +81,7 @@ impl MeshBuffers {
             displaced: empty(
                 "displaced vertices",
                 mesh.vertices.len() as u64 * Self::VERTEX_BYTES,
-                Usage::STORAGE | Usage::VERTEX,
+                Usage::STORAGE | Usage::VERTEX | Usage::COPY_SRC,
             ),
             visible_blocks: empty(
                 "visible blocks",

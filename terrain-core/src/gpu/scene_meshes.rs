@@ -104,7 +104,7 @@ impl SceneMeshes {
 
 impl MeshScene<'_> {
     /// About how many vertices a mesh may have.
-    const MOST_VERTICES: f64 = 1.5e6;
+    const MOST_VERTICES: f64 = 1.0e6;
 
     /// The mesh the view wants: spacing ratios in steps of a quarter octave and reaches of powers of
     /// four, so that zooming and moving seldom build it anew.

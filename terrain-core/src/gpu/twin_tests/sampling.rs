@@ -20,14 +20,14 @@ const LAYOUT: LayerLayout = LayerLayout { tile_size_texels: 32, gutter_texels: 4
 const COLUMNS: u32 = 8;
 
 /// A cache holding tiles of the random field: the root, and paths to random places.
-struct Scene {
-    tree: TileTree,
-    residents: Vec<(TileId, u32)>,
-    table: OffsetTable,
+pub struct Scene {
+    pub tree: TileTree,
+    pub residents: Vec<(TileId, u32)>,
+    pub table: OffsetTable,
 }
 
 impl Scene {
-    fn new(origin: DVec2) -> Self {
+    pub fn new(origin: DVec2) -> Self {
         let scheme = TilingScheme { origin, root_size_m: 60_000.0 };
         let range = HeightRange { min_m: -250.0, max_m: 800.0 };
         let mut random = Random(7);
@@ -53,7 +53,7 @@ impl Scene {
     }
 
     /// Uploads every resident; every third tile as float32.
-    fn cache(&self, gpu: &GpuContext) -> TerrainCache {
+    pub fn cache(&self, gpu: &GpuContext) -> TerrainCache {
         let cache = TerrainCache::new(gpu, &self.tree, ColourFormat::Rgba8, (COLUMNS, COLUMNS));
         let uploads = self
             .residents
@@ -71,7 +71,31 @@ impl Scene {
         cache
     }
 
-    fn view(&self) -> CameraView {
+    /// Height of the field at a point given from the eye, filtered to a spacing as the shaders do, in
+    /// f64. `None` outside the root.
+    pub fn filtered_height_m(&self, tile: TileId, offset_m: DVec2, spacing_m: f32) -> Option<f64> {
+        let world = self.view().eye.truncate() + offset_m;
+        self.tree.scheme.root_extent().contains(world).then(|| {
+            let texel_m = LAYOUT.texel_size_m(&self.tree.scheme, tile.level);
+            let corner = self.tree.scheme.tile_origin(tile);
+            let place = dvec2(world.x - corner.x, corner.y - world.y) / texel_m;
+            let global = place + dvec2(f64::from(tile.column), f64::from(tile.row)) * 32.0;
+            let mip = (f64::from(spacing_m) / texel_m).log2().clamp(0.0, 2.0);
+            let (fine, part) = (mip.floor(), mip - mip.floor());
+            let near = bilinear_m(tile.level, fine as u32, global);
+            let far = bilinear_m(tile.level, (fine as u32 + 1).min(2), global);
+            near + (far - near) * part
+        })
+    }
+
+    /// What f32 may cost a height: a place is known to an f32's part of the distance from the eye, and
+    /// the field's neighbouring texels differ by up to 1024 m.
+    pub fn tolerance_m(&self, tile: TileId, offset_m: DVec2) -> f64 {
+        let texel_m = LAYOUT.texel_size_m(&self.tree.scheme, tile.level);
+        1024.0 * 2.0 * (3.0e-7 * offset_m.length() / texel_m + 4.0e-6) + 1.0e-3
+    }
+
+    pub fn view(&self) -> CameraView {
         CameraView {
             eye: self.tree.scheme.root_extent().centre().extend(1234.567),
             heading_deg: 0.0,
@@ -288,24 +312,13 @@ fn heights_are_sampled_as_an_f64_evaluation_of_the_same_filter() {
     let coarse_m = view.eye.z.round();
     let mut worst_m = 0.0_f64;
     for (point, answer) in points.iter().zip(probe(&gpu, &scene, &points)) {
-        let world = view.eye.truncate() + dvec2(f64::from(point.east_m), f64::from(point.north_m));
-        if !scene.tree.scheme.root_extent().contains(world) {
-            continue;
-        }
+        let offset_m = dvec2(f64::from(point.east_m), f64::from(point.north_m));
         let tile = scene.table.entries[answer.linear as usize].tile;
-        let texel_m = LAYOUT.texel_size_m(&scene.tree.scheme, tile.level);
-        let corner = scene.tree.scheme.tile_origin(tile);
-        let place = dvec2(world.x - corner.x, corner.y - world.y) / texel_m;
-        let global = place + dvec2(f64::from(tile.column), f64::from(tile.row)) * 32.0;
-        let mip = (f64::from(point.spacing_m) / texel_m).log2().clamp(0.0, 2.0);
-        let (fine, part) = (mip.floor(), mip - mip.floor());
-        let near = bilinear_m(tile.level, fine as u32, global);
-        let far = bilinear_m(tile.level, (fine as u32 + 1).min(2), global);
-        let expected_m = near + (far - near) * part - coarse_m;
-        let error_m = (f64::from(answer.height_m) - expected_m).abs();
-        // A place is known to an f32's part of the distance from the eye.
-        let place_error = 3.0e-7 * f64::from(point.east_m.hypot(point.north_m)) / texel_m + 4.0e-6;
-        assert!(error_m < 1024.0 * 2.0 * place_error + 1.0e-3, "{tile} {point:?}: {error_m} m");
+        let Some(expected_m) = scene.filtered_height_m(tile, offset_m, point.spacing_m) else {
+            continue;
+        };
+        let error_m = (f64::from(answer.height_m) - (expected_m - coarse_m)).abs();
+        assert!(error_m < scene.tolerance_m(tile, offset_m), "{tile} {point:?}: {error_m} m");
         worst_m = worst_m.max(error_m);
     }
     assert!(worst_m > 0.0, "nothing was compared");
