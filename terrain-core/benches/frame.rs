@@ -36,8 +36,7 @@ fn main() {
     let by_adapter = RendererSettings::default();
     let fine = RendererSettings { triangle_px: 8.0, anisotropy: 8, ..by_adapter };
     let mut cases = Vec::new();
-    for (settings_name, settings) in
-        [("by adapter", by_adapter), ("8 px triangles, 8 taps", fine)]
+    for (settings_name, settings) in [("by adapter", by_adapter), ("8 px triangles, 8 taps", fine)]
     {
         let settings = RendererSettings { vertical_exaggeration: EXAGGERATION, ..settings };
         let renderer = TerrainRenderer::new(Arc::clone(&gpu), dataset.clone(), settings).unwrap();
