@@ -96,7 +96,7 @@ impl Default for RendererSettings {
 impl RendererSettings {
     /// The settings with what is left to the adapter filled in: fine triangles and much filtering on
     /// hardware, less on a program on the CPU, where both are dear.
-    pub(crate) fn for_adapter(mut self, is_software: bool) -> Self {
+    pub fn for_adapter(mut self, is_software: bool) -> Self {
         let (triangle_px, anisotropy) = if is_software { (20.0, 1) } else { (8.0, 8) };
         if self.triangle_px == Self::BY_ADAPTER_PX {
             self.triangle_px = triangle_px;

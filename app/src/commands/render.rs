@@ -62,7 +62,8 @@ pub struct RenderArgs {
 /// Draws the picture and writes what is asked for.
 pub fn run(args: &RenderArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
     let source: Arc<dyn TileSource> = Arc::new(Dataset::open(&args.dataset)?);
-    let settings = args.drawing.settings(1.0);
+    // One picture may take its time: drawn as on hardware, whatever the adapter.
+    let settings = args.drawing.settings(1.0).for_adapter(false);
     let view = view_of(args, &*source, settings.vertical_exaggeration)?;
     let mut headless = Headless::open(source, adapter, settings, args.size.0)?;
     let record = draw(args, &mut headless, &view)?;

@@ -118,25 +118,16 @@ impl GpuContext {
         .union(wgpu::Features::POLYGON_MODE_LINE);
 
     /// The entry to the drivers for this choice. Needed before the context only to make a surface.
-    ///
-    /// OpenGL is opened only where it is asked for or nothing else has a fitting adapter: it is the
-    /// poorer choice, and its libraries write to stderr of their own accord.
     pub fn instance(choice: &AdapterChoice) -> wgpu::Instance {
-        let wanted = choice.backends();
-        let without_gl = wanted - wgpu::Backends::GL;
-        if without_gl.is_empty() {
-            return open_backends(wanted);
-        }
-        let instance = open_backends(without_gl);
-        let adapters = pollster::block_on(instance.enumerate_adapters(without_gl));
-        let fits = |adapter: &wgpu::Adapter| choice.accepts(&adapter.get_info());
-        if adapters.iter().any(fits) { instance } else { open_backends(wanted) }
+        wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends: choice.backends(),
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        })
     }
 
     /// Every adapter the drivers offer.
     pub fn adapters(choice: &AdapterChoice) -> Vec<wgpu::Adapter> {
-        let backends = choice.backends();
-        pollster::block_on(open_backends(backends).enumerate_adapters(backends))
+        pollster::block_on(Self::instance(choice).enumerate_adapters(choice.backends()))
     }
 
     /// Opens a GPU without a window.
@@ -201,13 +192,6 @@ impl GpuContext {
         let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner).clone();
         failure.map_or(Ok(()), |reason| Err(GpuError::Lost(reason)))
     }
-}
-
-fn open_backends(backends: wgpu::Backends) -> wgpu::Instance {
-    wgpu::Instance::new(wgpu::InstanceDescriptor {
-        backends,
-        ..wgpu::InstanceDescriptor::new_without_display_handle()
-    })
 }
 
 fn choose_adapter(
