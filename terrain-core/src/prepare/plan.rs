@@ -279,9 +279,13 @@ fn colour_plan(
             let margin = own.grown(slack_m);
             margin.contains(extent.min) && margin.contains(extent.max)
         });
+        let name = name_of(raster.source.path());
         if !inside && rasters.len() == 1 {
-            let name = name_of(raster.source.path());
             notes.push(format!("{name}: covers a part of the heights only"));
+        }
+        let kept = extent.grown(2.0 * pixel_m);
+        if own.is_some_and(|own| !(kept.contains(own.min) && kept.contains(own.max))) {
+            notes.push(format!("{name}: cut to the ground that the heights cover"));
         }
     }
     let size = (extent.size_m() / texel_m(level) - 1e-6).ceil();
