@@ -17,7 +17,7 @@ pub struct DrawingArgs {
     exaggeration: Option<f64>,
 
     /// Slots of the tile caches: columns x rows
-    #[arg(long, value_name = "MxN", default_value = "6x6")]
+    #[arg(long, value_name = "MxN", default_value = "6x6", value_parser = cache_slots)]
     cache: Size,
 
     /// Most tiles a selection may have, level 0 included [default: as many as there are slots]
@@ -71,6 +71,16 @@ impl DrawingArgs {
     }
 }
 
+/// Slots of a cache: what a texture and the numbers of a table's entries have room for.
+fn cache_slots(text: &str) -> Result<Size, String> {
+    let slots = text.parse::<Size>().ok();
+    let fits = |size: &Size| size.0.iter().all(|side| *side <= RendererSettings::MOST_SLOTS_A_SIDE);
+    slots.filter(fits).ok_or_else(|| {
+        let most = RendererSettings::MOST_SLOTS_A_SIDE;
+        format!("give two numbers from 1 to {most}, such as 6x6")
+    })
+}
+
 impl FromStr for Size {
     type Err = String;
 
@@ -102,6 +112,14 @@ mod tests {
         assert_eq!("1280x720".parse(), Ok(Size([1280, 720])));
         for text in ["1280", "0x720", "1280x", "x", "-1x5", "99999x1", "3x4x5"] {
             assert!(text.parse::<Size>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_cache_has_as_many_slots_as_a_texture_holds() {
+        assert_eq!(cache_slots("8x40"), Ok(Size([8, 40])));
+        for text in ["0x0", "41x1", "6", ""] {
+            assert!(cache_slots(text).is_err(), "{text}");
         }
     }
 

@@ -107,6 +107,9 @@ impl RendererSettings {
         self.checked()
     }
 
+    /// Most slots of a cache along either side: tables number tiles with 16 bits, and a texture has at
+    /// most 16384 texels a side.
+    pub const MOST_SLOTS_A_SIDE: u32 = 40;
     /// The value of `triangle_px` that leaves it to the adapter.
     pub const BY_ADAPTER_PX: f64 = 0.0;
     /// The value of `anisotropy` that leaves it to the adapter.
@@ -114,9 +117,8 @@ impl RendererSettings {
 
     /// The settings with every value brought into its range.
     pub fn checked(mut self) -> Self {
-        // The lookup's tables number tiles with 16 bits; a texture has at most 16384 texels a side.
-        self.cache_columns = self.cache_columns.clamp(1, 40);
-        self.cache_rows = self.cache_rows.clamp(1, 40);
+        self.cache_columns = self.cache_columns.clamp(1, Self::MOST_SLOTS_A_SIDE);
+        self.cache_rows = self.cache_rows.clamp(1, Self::MOST_SLOTS_A_SIDE);
         let slots = (self.cache_columns * self.cache_rows) as usize;
         self.max_tiles = self.max_tiles.clamp(1, slots);
         self.texel_px = finite(self.texel_px, 1.0).clamp(0.1, 64.0);
