@@ -23,8 +23,6 @@ pub(crate) struct ResidentTerrain {
     pub uploads: u64,
     /// Counts changes of what the tables show.
     pub version: u64,
-    shown_heights: Vec<(TileId, u32)>,
-    shown_colours: Vec<(TileId, u32)>,
     heights: LayerStream<HeightTile>,
     colours: Option<LayerStream<ColourTile>>,
     /// The resident height tiles, for questions about the ground.
@@ -67,8 +65,6 @@ impl ResidentTerrain {
             colour_table: None,
             uploads: 0,
             version: 0,
-            shown_heights: Vec::new(),
-            shown_colours: Vec::new(),
             heights,
             colours,
             resident_heights: HashMap::new(),
@@ -93,8 +89,8 @@ impl ResidentTerrain {
         let mut arrivals = Arrivals::default();
         let wanted = selection.height_tiles(&self.tree);
         let update = self.heights.update(&wanted, budget_bytes, frame);
-        let shown_heights = self.heights.shown(&wanted);
-        let mut shown_colours = Vec::new();
+        let height_table = OffsetTable::build(self.heights.shown(&wanted));
+        let mut colour_table = None;
         ledger.add(ByteCause::Disk, update.disk_bytes);
         self.failures.extend(update.failures);
         let taken = update.uploads.iter().map(|(_, tile)| tile.samples.byte_len()).sum();
@@ -105,17 +101,14 @@ impl ResidentTerrain {
             ledger.add(ByteCause::Disk, update.disk_bytes);
             self.failures.extend(update.failures);
             arrivals.colours = update.uploads;
-            shown_colours = colours.shown(&wanted);
+            colour_table = Some(OffsetTable::build(colours.shown(&wanted)));
         }
         self.uploads += u64::from(arrivals.count() > 0);
-        let changed =
-            (&shown_heights, &shown_colours) != (&self.shown_heights, &self.shown_colours);
-        if changed || arrivals.count() > 0 {
+        let is_same = (&height_table, &colour_table) == (&self.height_table, &self.colour_table);
+        // A tile may come back to the slot it had: the tables are the same, its texels are not.
+        if !is_same || arrivals.count() > 0 {
             self.version += 1;
-            self.height_table = OffsetTable::build(shown_heights.iter().copied());
-            let table = |_: &LayerStream<_>| OffsetTable::build(shown_colours.iter().copied());
-            self.colour_table = self.colours.as_ref().map(table);
-            (self.shown_heights, self.shown_colours) = (shown_heights, shown_colours);
+            (self.height_table, self.colour_table) = (height_table, colour_table);
         }
         arrivals
     }

@@ -1,5 +1,7 @@
 use glam::Vec2;
 
+use crate::residency::slot_origin_texels;
+
 /// How a cache texture is cut into slots: `columns` by `rows` of square slots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct AtlasGrid {
@@ -12,8 +14,7 @@ pub(crate) struct AtlasGrid {
 impl AtlasGrid {
     /// North-west texel of the slot. Formula (2) of the tile-scheduling paper, in texels.
     pub fn slot_origin_texels(&self, slot: u32) -> [u32; 2] {
-        let (column, row) = (slot % self.columns, slot / self.columns);
-        [column * self.slot_size_texels, row * self.slot_size_texels]
+        slot_origin_texels(slot, self.columns, self.slot_size_texels)
     }
 
     /// Width and height of the whole texture.

@@ -1,5 +1,6 @@
 use wgpu::util::DeviceExt;
 
+use super::cover_pipeline::cover_pipeline;
 use super::shader_library::DEBUG_IMAGE;
 
 /// The format debug images are drawn in: plain, because they hold colours as they are to be seen.
@@ -139,25 +140,6 @@ fn pipeline(
         bind_group_layouts: &[Some(layout)],
         immediate_size: 0,
     });
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("debug image"),
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some("cover"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: None,
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some(fragment_entry),
-            compilation_options: Default::default(),
-            targets: &[Some(DEBUG_IMAGE_FORMAT.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+    let stage = (fragment_entry, DEBUG_IMAGE_FORMAT);
+    cover_pipeline(device, "debug image", Some(&layout), module, stage)
 }

@@ -1,5 +1,6 @@
 use super::atlas::mip_view;
 use super::colour_atlas::ColourAtlas;
+use super::cover_pipeline::cover_pipeline;
 use super::shader_library::DERIVE_COLOURS;
 
 /// Decodes uploaded colour tiles into the atlas and derives their coarser mips.
@@ -18,7 +19,8 @@ impl DeriveColoursPass {
     pub fn new(device: &wgpu::Device, atlas: &ColourAtlas) -> Self {
         let module = DERIVE_COLOURS.module(device);
         let step = |entry, source: wgpu::TextureView, mip| {
-            let pipeline = pipeline(device, &module, entry);
+            let stage = (entry, ColourAtlas::FORMAT);
+            let pipeline = cover_pipeline(device, "derive colours", None, &module, stage);
             let source = device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("derive colours"),
                 layout: &pipeline.get_bind_group_layout(0),
@@ -63,32 +65,4 @@ impl DeriveColoursPass {
             }
         }
     }
-}
-
-fn pipeline(
-    device: &wgpu::Device,
-    module: &wgpu::ShaderModule,
-    fragment_entry: &str,
-) -> wgpu::RenderPipeline {
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("derive colours"),
-        layout: None,
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some("cover"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: None,
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some(fragment_entry),
-            compilation_options: Default::default(),
-            targets: &[Some(ColourAtlas::FORMAT.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
 }

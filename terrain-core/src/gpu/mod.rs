@@ -8,6 +8,7 @@ mod colour_atlas;
 mod context;
 mod coordinate_feedback;
 mod coordinate_pass;
+mod cover_pipeline;
 mod debug_image_pass;
 mod derive_colours_pass;
 mod derive_heights_pass;
