@@ -68,6 +68,7 @@ pub mod gpu;
 mod layer_loading;
 pub mod measure;
 pub mod prepare;
+pub mod reference;
 pub mod renderer_settings;
 pub mod residency;
 mod resident_terrain;
