@@ -7,14 +7,16 @@
 
 use std::collections::HashSet;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3, dvec2};
-use terrain_core::dataset::TileSource;
+use terrain_core::dataset::{Dataset, TileSource};
 use terrain_core::gpu::{GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
+use terrain_core::prepare::{NoProgress, PrepareRequest, prepare};
 use terrain_core::residency::{OffsetTable, TileCache};
 use terrain_core::tiling::TileId;
 use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
-use terrain_tests::{AnalyticSource, Picture, Surface, gpu};
+use terrain_tests::{AnalyticSource, Picture, RasterFixture, Surface, gpu};
 
 const ROOT_M: f64 = 65_536.0;
 const SIZE_PX: [u32; 2] = [96, 54];
@@ -204,6 +206,30 @@ fn heights_at_the_limits_of_their_types() {
             let eye = DVec3::new(x, 0.0, 2_500.0);
             bench.check(what, &CameraView { eye, heading_deg, pitch_deg, ..view() });
         }
+    }
+}
+
+#[test]
+fn a_dem_full_of_numbers_that_are_no_heights() {
+    let Some(gpu) = gpu() else { return };
+    let oddities = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, 1.0e-40, -0.0];
+    let fixture = RasterFixture::utm([200, 160], [500_000.0, 6_800_000.0], 30.0);
+    let heights = (0..200 * 160)
+        .map(|i: usize| if i % 3 == 0 { oddities[i / 3 % 7] } else { 500.0 + (i % 200) as f32 })
+        .collect::<Vec<_>>();
+    let folder = tempfile::tempdir().unwrap();
+    let (dem, out) = (folder.path().join("dem.tif"), folder.path().join("dataset"));
+    fixture.write_f32(&dem, &heights).unwrap();
+    let request = PrepareRequest::new(vec![dem], Vec::new(), out.clone());
+    prepare(&request, &NoProgress, &AtomicBool::new(false)).unwrap();
+    let dataset = Dataset::open(&out).unwrap();
+    let range = dataset.manifest().heights.range;
+    assert!(range.min_m.abs() < 1.0 && (range.max_m - 699.0).abs() < 1.0, "{range:?}");
+    assert!(dataset.manifest().heights.has_voids);
+    let eye = dvec2(503_000.0, 6_797_600.0).extend(2_000.0);
+    let mut bench = Bench::new(&gpu, Arc::new(dataset), RendererSettings::default());
+    for pitch_deg in [-5.0, -90.0] {
+        bench.check("from a file", &CameraView { eye, pitch_deg, ..view() });
     }
 }
 
