@@ -187,7 +187,8 @@ fn heights_at_the_limits_of_their_types() {
     fn half(p: DVec2, west_m: f64, east_m: f64) -> f64 {
         if p.x < 0.0 { west_m } else { east_m }
     }
-    let surfaces: [(&str, fn(DVec2) -> f64); 8] = [
+    type Height = fn(DVec2) -> f64;
+    let surfaces: [(&str, Height); 8] = [
         ("the range of 16-bit integers", |p| half(p, -32_768.0, 32_767.0)),
         ("the largest floats", |p| half(p, f64::from(f32::MIN), f64::from(f32::MAX))),
         ("infinity", |p| half(p, f64::INFINITY, 10.0)),
@@ -215,7 +216,11 @@ fn a_dem_full_of_numbers_that_are_no_heights() {
     let oddities = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, 1.0e-40, -0.0];
     let fixture = RasterFixture::utm([200, 160], [500_000.0, 6_800_000.0], 30.0);
     let heights = (0..200 * 160)
-        .map(|i: usize| if i % 3 == 0 { oddities[i / 3 % 7] } else { 500.0 + (i % 200) as f32 })
+        .map(
+            |i: usize| {
+                if i.is_multiple_of(3) { oddities[i / 3 % 7] } else { 500.0 + (i % 200) as f32 }
+            },
+        )
         .collect::<Vec<_>>();
     let folder = tempfile::tempdir().unwrap();
     let (dem, out) = (folder.path().join("dem.tif"), folder.path().join("dataset"));
