@@ -131,10 +131,8 @@ impl<'a> GridWalk<'a> {
     pub fn first_hit(&self, from: f64, to: f64, side: &mut Option<Side>) -> Option<GridHit> {
         let top = self.grid.top_level();
         let mut level = if self.search == Search::Bounded { top } else { 0 };
-        let mut cell = [
-            self.x.cell_at(from, |line| line <= from),
-            self.y.cell_at(from, |line| line <= from),
-        ];
+        let mut cell =
+            [self.x.cell_at(from, |line| line <= from), self.y.cell_at(from, |line| line <= from)];
         let mut at = from;
         loop {
             let (line_x, exit_x) = self.x.exit(cell[0], level);
@@ -201,7 +199,8 @@ impl<'a> GridWalk<'a> {
         side: &mut Option<Side>,
     ) -> Option<GridHit> {
         let surface = self.grid.surface(cell);
-        let place = |axis: &Axis, cell: i32| axis.origin + from * axis.step - (f64::from(cell) - 0.5);
+        let place =
+            |axis: &Axis, cell: i32| axis.origin + from * axis.step - (f64::from(cell) - 0.5);
         let patch_ray = PatchRay {
             place: DVec2::new(place(&self.x, cell[0]), place(&self.y, cell[1])),
             step: DVec2::new(self.x.step, self.y.step),

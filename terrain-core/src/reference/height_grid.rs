@@ -81,11 +81,6 @@ impl HeightGrid {
         self.cells as i32
     }
 
-    /// Side of a cell in metres.
-    pub fn texel_m(&self) -> f64 {
-        self.texel_m
-    }
-
     /// The level of blocks of which one holds the whole tile.
     pub fn top_level(&self) -> u32 {
         self.ranges.top()

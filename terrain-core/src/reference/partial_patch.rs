@@ -71,7 +71,8 @@ impl PartialPatch {
         let sum = quadratic_along(&self.sum, ray);
         let z = [ray.z_m, ray.rise];
         std::array::from_fn(|power| {
-            let raised = z[0] * share[power] + power.checked_sub(1).map_or(0.0, |p| z[1] * share[p]);
+            let raised =
+                z[0] * share[power] + power.checked_sub(1).map_or(0.0, |p| z[1] * share[p]);
             raised - ray.exaggeration * sum[power]
         })
     }

@@ -25,7 +25,10 @@ pub(super) struct Tolerance {
 /// the centre. Rays are doubled from 4 until two estimates of the error are both below the
 /// tolerance: the difference from the mean of half as many, and the spread of the colours divided by
 /// the 3/4th power of their number, as the error of such points falls where an edge runs through.
-pub(super) fn mean_colour(tolerance: Tolerance, mut colour: impl FnMut([f64; 2], f64) -> Vec3) -> Vec3 {
+pub(super) fn mean_colour(
+    tolerance: Tolerance,
+    mut colour: impl FnMut([f64; 2], f64) -> Vec3,
+) -> Vec3 {
     let mut rays = FEWEST_RAYS;
     let mut last: Option<Vec3> = None;
     loop {
@@ -75,16 +78,14 @@ fn steps_of(difference: Vec3, mean: Vec3) -> f64 {
             .map(|light| srgb_from_linear(f64::from(light).clamp(0.0, 1.0)));
         255.0 * (high - low)
     };
-    steps(difference.x, mean.x)
-        .max(steps(difference.y, mean.y))
-        .max(steps(difference.z, mean.z))
+    steps(difference.x, mean.x).max(steps(difference.y, mean.y)).max(steps(difference.z, mean.z))
 }
 
 /// The 8-bit sRGB codes of linear light.
 pub(super) fn srgb_code(colour: Vec3) -> [u8; 3] {
-    colour.to_array().map(|light| {
-        (255.0 * srgb_from_linear(f64::from(light).clamp(0.0, 1.0))).round() as u8
-    })
+    colour
+        .to_array()
+        .map(|light| (255.0 * srgb_from_linear(f64::from(light).clamp(0.0, 1.0))).round() as u8)
 }
 
 #[cfg(test)]

@@ -75,7 +75,7 @@ fn union(a: BlockRange, b: BlockRange) -> BlockRange {
 /// The range of these heights; those that are NaN hold no data.
 pub(super) fn range_of(heights_m: [f32; 4]) -> BlockRange {
     // `min` and `max` leave NaN out.
-    heights_m.into_iter().fold(NO_DATA, |range, height| {
-        [range[0].min(height), range[1].max(height)]
-    })
+    heights_m
+        .into_iter()
+        .fold(NO_DATA, |range, height| [range[0].min(height), range[1].max(height)])
 }

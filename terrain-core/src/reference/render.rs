@@ -3,13 +3,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::ReferencePicture;
 use super::camera_rays::CameraRays;
 use super::footprint::{Footprint, ground_step};
 use super::pixel_integral::{Tolerance, mean_colour, srgb_code};
 use super::scene::{ReferenceError, ReferenceScene, SurfaceHit};
 use super::shading::Shading;
 use super::silhouette::SilhouetteTest;
-use super::ReferencePicture;
 use crate::CameraView;
 use crate::prepare::Progress;
 use crate::renderer_settings::RendererSettings;
@@ -177,10 +177,8 @@ impl Shot<'_> {
 
     fn pixel(&self, column: u32, row: u32) -> Pixel {
         let corner = DVec2::new(f64::from(column), f64::from(row));
-        let tolerance = Tolerance {
-            steps: self.settings.colour_tolerance,
-            most_rays: self.settings.most_rays,
-        };
+        let tolerance =
+            Tolerance { steps: self.settings.colour_tolerance, most_rays: self.settings.most_rays };
         let light = mean_colour(tolerance, |place, side_px| {
             let position = corner + DVec2::from_array(place);
             self.colour(position, side_px)

@@ -25,8 +25,7 @@ pub(super) struct SilhouetteTest<'a> {
 impl SilhouetteTest<'_> {
     /// Distance to the ground through a position in the picture; infinite where there is sky.
     pub fn distance_m(&self, [x, y]: [f64; 2]) -> f64 {
-        let hit =
-            self.scene.first_hit(self.rays.eye, self.rays.direction(x, y), self.exaggeration);
+        let hit = self.scene.first_hit(self.rays.eye, self.rays.direction(x, y), self.exaggeration);
         hit.map_or(f64::INFINITY, |hit| hit.distance_m)
     }
 
