@@ -39,9 +39,18 @@ pub struct DrawingArgs {
 
 /// How the tiles to draw with are selected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Strategy {
+pub enum Strategy {
     /// Tile scheduling: the region the coordinate pass sees, subdivided, regularised and merged.
     RttQuadtree,
+}
+
+impl Strategy {
+    /// What the strategy is called, in records too.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::RttQuadtree => "rtt-quadtree",
+        }
+    }
 }
 
 /// A width and a height, or columns and rows: `1280x720`. Both at least 1.
@@ -49,6 +58,11 @@ enum Strategy {
 pub struct Size(pub [u32; 2]);
 
 impl DrawingArgs {
+    /// How tiles are selected.
+    pub fn strategy(&self) -> Strategy {
+        self.strategy
+    }
+
     /// The renderer's settings; `exaggeration` where the user gives none.
     pub fn settings(&self, exaggeration: f64) -> RendererSettings {
         let Strategy::RttQuadtree = self.strategy;

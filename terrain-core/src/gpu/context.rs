@@ -163,6 +163,11 @@ impl GpuContext {
         Ok(Self { instance, adapter, device, queue, failure })
     }
 
+    /// What the adapter calls itself.
+    pub fn adapter_name(&self) -> String {
+        self.adapter.get_info().name
+    }
+
     /// Whether the adapter is a program on the CPU, such as Mesa's lavapipe.
     pub fn is_software(&self) -> bool {
         self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
