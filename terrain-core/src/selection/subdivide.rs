@@ -60,7 +60,7 @@ pub fn subdivide(
             for (quadrant, child) in node.tile.children().into_iter().enumerate() {
                 if !tree.contains(child) {
                     if tree.is_empty_ground(child) {
-                        list.set_child(next, quadrant, Child::Empty);
+                        list.set_child(next, quadrant, Child::EMPTY);
                     }
                 } else if tree.scheme.tile_extent(child).touches(&region.extent) {
                     let index = list.add_child(next, child, distance_m(child));
