@@ -1,9 +1,8 @@
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::TileList;
+use super::sort_keys::FarthestOrder;
 use super::tile_list::{Child, Node};
-use crate::tiling::TileId;
 
 /// Step 4 of the paper's tile selection: merging the farthest tile until at most `max_tiles` (the
 /// paper's MaxofTiles; 0 is taken as 1) are on the list. Returns the number of merges.
@@ -133,34 +132,14 @@ impl FarthestFirst {
 }
 
 /// A tile that may be merged away; the greatest is the next to go.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Candidate {
-    distance_m: f64,
-    tile: TileId,
+    order: FarthestOrder,
     index: u32,
 }
 
 impl Candidate {
     fn new(index: u32, node: &Node) -> Self {
-        Self { distance_m: node.distance_m, tile: node.tile, index }
+        Self { order: FarthestOrder::new(node.distance_m, node.tile), index }
     }
 }
-
-impl Ord for Candidate {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.distance_m.total_cmp(&other.distance_m).then_with(|| self.tile.cmp(&other.tile))
-    }
-}
-
-impl PartialOrd for Candidate {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Candidate {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Candidate {}

@@ -1,6 +1,7 @@
 use glam::DVec3;
 
 use super::TileTree;
+use super::sort_keys::PriorityOrder;
 use crate::tiling::TileId;
 
 /// The paper's list of chosen tiles, kept as the part of the quadtree it was chosen from.
@@ -98,13 +99,11 @@ impl TileList {
     /// The tiles on the list in order of priority: coarsest level first, within a level nearest
     /// first, at equal distance by row and column.
     pub fn by_priority(&self) -> Vec<TileId> {
-        let mut listed: Vec<_> =
-            self.nodes.iter().filter(|n| n.is_listed).map(|n| (n.distance_m, n.tile)).collect();
-        listed.sort_unstable_by(|(distance_a, a), (distance_b, b)| {
-            let by_distance = || distance_a.total_cmp(distance_b);
-            a.level.cmp(&b.level).then_with(by_distance).then_with(|| a.cmp(b))
-        });
-        listed.into_iter().map(|(_, tile)| tile).collect()
+        let listed = self.nodes.iter().filter(|node| node.is_listed);
+        let mut keys: Vec<_> =
+            listed.map(|node| PriorityOrder::new(node.distance_m, node.tile)).collect();
+        keys.sort_unstable();
+        keys.into_iter().map(PriorityOrder::tile).collect()
     }
 
     pub(super) fn nodes(&self) -> &[Node] {
