@@ -7,6 +7,7 @@
 mod merge_farthest;
 mod regularize;
 mod rtt_quadtree;
+mod sort_keys;
 mod subdivide;
 mod tile_list;
 mod tile_tree;
