@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use terrain_core::RendererSettings;
+use terrain_core::{AntiAliasing, RendererSettings};
 
 /// How to draw.
 #[derive(Clone, Copy, Debug, Args)]
@@ -32,6 +32,11 @@ pub struct DrawingArgs {
     #[arg(long, value_name = "PIXELS")]
     triangle_px: Option<f64>,
 
+    /// Smooth edges by drawing four samples a pixel, or not [default: by the adapter; pictures of
+    /// terrain render are smoothed]
+    #[arg(long, value_enum, value_name = "HOW")]
+    anti_aliasing: Option<Smoothing>,
+
     /// Most KiB of tiles to upload in a frame
     #[arg(long, value_name = "KIB")]
     upload_kib: Option<u64>,
@@ -42,6 +47,16 @@ pub struct DrawingArgs {
 enum Strategy {
     /// Tile scheduling: the region the coordinate pass sees, subdivided, regularised and merged.
     RttQuadtree,
+}
+
+/// How edges are smoothed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Smoothing {
+    /// Not at all.
+    Off,
+    /// Four samples a pixel.
+    #[value(name = "4x")]
+    FourSamples,
 }
 
 /// A width and a height, or columns and rows: `1280x720`. Both at least 1.
@@ -62,6 +77,11 @@ impl DrawingArgs {
             texel_px: self.texel_px,
             triangle_px: self.triangle_px.unwrap_or(defaults.triangle_px),
             vertical_exaggeration: self.exaggeration.unwrap_or(exaggeration),
+            anti_aliasing: match self.anti_aliasing {
+                None => defaults.anti_aliasing,
+                Some(Smoothing::Off) => AntiAliasing::Off,
+                Some(Smoothing::FourSamples) => AntiAliasing::FourSamples,
+            },
             upload_budget_bytes: self
                 .upload_kib
                 .map_or(defaults.upload_budget_bytes, |kib| kib.saturating_mul(1024)),
@@ -133,6 +153,9 @@ mod tests {
         assert_eq!(settings(&["--cache", "8x8", "--max-tiles", "20"]).max_tiles, 20);
         assert_eq!(settings(&[]).vertical_exaggeration, 2.0);
         assert_eq!(settings(&["--exaggeration", "3"]).vertical_exaggeration, 3.0);
+        assert_eq!(settings(&[]).anti_aliasing, AntiAliasing::ByAdapter);
+        assert_eq!(settings(&["--anti-aliasing", "4x"]).anti_aliasing, AntiAliasing::FourSamples);
+        assert_eq!(settings(&["--anti-aliasing", "off"]).anti_aliasing, AntiAliasing::Off);
         assert_eq!(settings(&["--upload-kib", "64"]).upload_budget_bytes, 65_536);
     }
 }
