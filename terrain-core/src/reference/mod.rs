@@ -33,6 +33,8 @@ mod render;
 mod scene;
 mod shading;
 mod silhouette;
+#[cfg(test)]
+mod tests;
 mod tile_walk;
 
 pub use picture::ReferencePicture;
