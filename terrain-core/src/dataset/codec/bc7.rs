@@ -12,7 +12,9 @@
 //!
 //! Opaque blocks, most of all imagery, are fitted in three channels; their coverage needs no fit.
 
-use super::lanes::{Lanes, largest, mapped, product_sum, rounded, smallest, sum, zipped};
+use super::lanes::{
+    Lanes, largest, mapped, product_sum, rounded, small_integers, smallest, sum, zipped,
+};
 
 /// Sum of squared errors of a block that is not worth refining: half a code a channel.
 const NO_VISIBLE_ERROR: f32 = 16.0;
@@ -38,15 +40,14 @@ pub fn compress(rgba: &[u8], size_texels: u32) -> Vec<u8> {
     let mut blocks = Vec::with_capacity(size * size);
     for block_row in rgba.chunks_exact(4 * 4 * size) {
         for column in (0..4 * size).step_by(16) {
-            let texels: [u32; 16] = std::array::from_fn(|texel| {
-                let at = texel / 4 * 4 * size + column + texel % 4 * 4;
-                u32::from_le_bytes([
-                    block_row[at],
-                    block_row[at + 1],
-                    block_row[at + 2],
-                    block_row[at + 3],
-                ])
-            });
+            let mut texels = [0; 16];
+            for (row, line) in texels.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+                let at = 4 * size * row + column;
+                let bytes = block_row[at..at + 16].as_chunks::<4>().0;
+                for (texel, &bytes) in line.iter_mut().zip(bytes) {
+                    *texel = u32::from_le_bytes(bytes);
+                }
+            }
             blocks.extend(block(&texels).to_le_bytes());
         }
     }
@@ -92,7 +93,8 @@ fn best_fit<const N: usize>(channels: &[Lanes; N]) -> Fit<N> {
         std::array::from_fn(|c| mapped(&channels[c], |value| value - mean[c]));
     let axis = principal_axis(&offsets);
     let along = combined(&offsets, &axis);
-    let end = |along: f32| std::array::from_fn(|c| mean[c] + axis[c] * along);
+    let inverse = 1.0 / dot(&axis, &axis);
+    let end = |along: f32| std::array::from_fn(|c| mean[c] + axis[c] * along * inverse);
     let first = fit_to_ends(channels, end(smallest(&along)), end(largest(&along)));
     if first.error <= NO_VISIBLE_ERROR {
         return first;
@@ -106,7 +108,7 @@ fn best_fit<const N: usize>(channels: &[Lanes; N]) -> Fit<N> {
     }
 }
 
-/// Unit vector along which the texels spread most; any where they do not.
+/// The direction in which the texels spread most, of any length but 0; any where they do not.
 fn principal_axis<const N: usize>(offsets: &[Lanes; N]) -> [f32; N] {
     let mut covariance = [[0.0_f32; N]; N];
     for row in 0..N {
@@ -123,16 +125,18 @@ fn principal_axis<const N: usize>(offsets: &[Lanes; N]) -> [f32; N] {
             axis = *row;
         }
     }
-    for _ in 0..4 {
-        let turned = covariance.each_ref().map(|row| dot(row, &axis));
-        let largest = turned.iter().fold(0.0, |most: f32, part| most.max(part.abs()));
-        if largest < 1e-6 {
-            return [0.5; N];
-        }
-        axis = turned.map(|part| part / largest);
+    // Products of the covariances stay in range where these are at most 1.
+    let trace: f32 = (0..N).map(|c| covariance[c][c]).sum();
+    if trace < 1e-6 {
+        return [0.5; N];
     }
-    let length = dot(&axis, &axis).sqrt();
-    axis.map(|part| part / length)
+    let scale = 1.0 / trace;
+    let covariance = covariance.map(|row| row.map(|part| part * scale));
+    axis = axis.map(|part| part * scale);
+    for _ in 0..4 {
+        axis = covariance.each_ref().map(|row| dot(row, &axis));
+    }
+    axis
 }
 
 /// Rounds the ends and gives each texel its nearest step between them.
@@ -208,7 +212,7 @@ fn refined_ends<const N: usize>(channels: &[Lanes; N], steps: &Lanes) -> Option<
 /// bits, and the steps. The first texel's step has no highest bit, so the ends change places where
 /// it would be set.
 fn pack(mut ends: [[u8; 4]; 2], mut low_bits: [u8; 2], steps: &Lanes) -> u128 {
-    let mut steps = steps.map(|step| step as u8);
+    let mut steps = small_integers(steps);
     if steps[0] >= 8 {
         ends.swap(0, 1);
         low_bits.swap(0, 1);

@@ -40,27 +40,42 @@ fn folded(lanes: &Lanes, with: impl Fn(f32, f32) -> f32) -> f32 {
     with(with(sums[0], sums[1]), with(sums[2], sums[3]))
 }
 
+#[inline]
 pub(super) fn sum(lanes: &Lanes) -> f32 {
     folded(lanes, |a, b| a + b)
 }
 
+#[inline]
 pub(super) fn smallest(lanes: &Lanes) -> f32 {
     folded(lanes, |a, b| if a < b { a } else { b })
 }
 
+#[inline]
 pub(super) fn largest(lanes: &Lanes) -> f32 {
     folded(lanes, |a, b| if a > b { a } else { b })
 }
 
 /// Sum of the products lane by lane.
+#[inline]
 pub(super) fn product_sum(a: &Lanes, b: &Lanes) -> f32 {
     sum(&zipped(a, b, |a, b| a * b))
 }
 
+/// From here on an f32 has no digits below one, and its lowest bits are those of an integer.
+const WHOLE_ONLY: f32 = (1_u32 << 23) as f32;
+
 /// The nearest whole number of a value from 0 to 2^22, without the branches of [`f32::round`].
 #[inline]
 pub(super) fn rounded(value: f32) -> f32 {
-    // From here on an f32 has no digits below one.
-    const WHOLE_ONLY: f32 = (1_u32 << 23) as f32;
     (value + WHOLE_ONLY) - WHOLE_ONLY
+}
+
+/// Whole numbers from 0 to 255 as integers, without the checks of a cast.
+#[inline]
+pub(super) fn small_integers(lanes: &Lanes) -> [u8; 16] {
+    let mut out = [0; 16];
+    for (out, lane) in out.iter_mut().zip(lanes) {
+        *out = (lane + WHOLE_ONLY).to_bits() as u8;
+    }
+    out
 }
