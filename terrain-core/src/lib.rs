@@ -67,6 +67,7 @@ pub mod geodesy;
 pub mod gpu;
 mod layer_loading;
 pub mod measure;
+pub mod precision;
 pub mod prepare;
 pub mod reference;
 pub mod renderer_settings;
