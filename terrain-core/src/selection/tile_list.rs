@@ -89,16 +89,9 @@ impl TileList {
         self.nodes.iter().filter(|node| node.is_listed).map(|node| node.tile)
     }
 
-    /// The tiles on the list in order of priority: coarsest level first, within a level nearest
-    /// first, at equal distance by row and column.
-    pub fn by_priority(&self) -> Vec<TileId> {
-        let mut listed: Vec<_> =
-            self.nodes.iter().filter(|n| n.is_listed).map(|n| (n.distance_m, n.tile)).collect();
-        listed.sort_unstable_by(|(distance_a, a), (distance_b, b)| {
-            let by_distance = || distance_a.total_cmp(distance_b);
-            a.level.cmp(&b.level).then_with(by_distance).then_with(|| a.cmp(b))
-        });
-        listed.into_iter().map(|(_, tile)| tile).collect()
+    /// The tiles on the list with their distances in metres, in the order of [`Self::tiles`].
+    pub(super) fn distances(&self) -> Vec<(f64, TileId)> {
+        self.nodes.iter().filter(|n| n.is_listed).map(|n| (n.distance_m, n.tile)).collect()
     }
 
     pub(super) fn nodes(&self) -> &[Node] {
