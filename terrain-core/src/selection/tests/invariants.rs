@@ -102,16 +102,15 @@ pub fn finest_at(list: &List, leaf: TileId) -> Option<TileId> {
 /// list; every tile but level 0 meets the frustum with its own box, and none was split needlessly.
 fn check_by_frustum(case: &Case, selection: &Selection) -> Checked {
     let set = set_of(selection);
-    for tile in selection.tiles.iter().skip(1) {
-        let parent = tile.parent().unwrap_or(TileId::ROOT);
+    for tile in &selection.tiles {
+        let Some(parent) = tile.parent() else { continue };
         require(set.contains(&parent), "a tile without its parent")?;
         let distance_m = distance_m(case, parent);
         let texel_rad = case.tree.texel_size_m(parent.level) / distance_m;
         let texel_px = texel_rad / case.view.pixel_angle_rad();
         require(texel_px > case.config.texel_px * (1.0 - 1.0e-9), "split though fine enough")?;
-        // Alternating projections come closer slowly where the two only touch.
-        let apart_m = sight::distance_m(&case.view, &box_of(case, *tile), 1.0);
-        require(apart_m < 20.0, "a tile out of the frustum")?;
+        let is_seen = sight::is_seen(&case.view, &box_of(case, *tile), 1.0e-6);
+        require(is_seen, "a tile out of the frustum")?;
     }
     Ok(())
 }
