@@ -2,10 +2,10 @@
 
 use std::str::FromStr;
 
-use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use terrain_core::RendererSettings;
+use clap::{Args, ValueEnum};
 use terrain_core::selection::Strategy;
+use terrain_core::{AntiAliasing, RendererSettings};
 
 /// How to draw.
 #[derive(Clone, Copy, Debug, Args)]
@@ -35,9 +35,24 @@ pub struct DrawingArgs {
     #[arg(long, value_name = "PIXELS")]
     triangle_px: Option<f64>,
 
+    /// Smooth edges by drawing four samples a pixel, or not [default: by the adapter; pictures of
+    /// terrain render are smoothed]
+    #[arg(long, value_enum, value_name = "HOW")]
+    anti_aliasing: Option<Smoothing>,
+
     /// Most KiB of tiles to upload in a frame
     #[arg(long, value_name = "KIB")]
     upload_kib: Option<u64>,
+}
+
+/// How edges are smoothed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Smoothing {
+    /// Not at all.
+    Off,
+    /// Four samples a pixel.
+    #[value(name = "4x")]
+    FourSamples,
 }
 
 /// A width and a height, or columns and rows: `1280x720`. Both at least 1.
@@ -58,6 +73,11 @@ impl DrawingArgs {
             texel_px: self.texel_px,
             triangle_px: self.triangle_px.unwrap_or(defaults.triangle_px),
             vertical_exaggeration: self.exaggeration.unwrap_or(exaggeration),
+            anti_aliasing: match self.anti_aliasing {
+                None => defaults.anti_aliasing,
+                Some(Smoothing::Off) => AntiAliasing::Off,
+                Some(Smoothing::FourSamples) => AntiAliasing::FourSamples,
+            },
             upload_budget_bytes: self
                 .upload_kib
                 .map_or(defaults.upload_budget_bytes, |kib| kib.saturating_mul(1024)),
@@ -137,6 +157,9 @@ mod tests {
         assert_eq!(settings(&["--exaggeration", "3"]).vertical_exaggeration, 3.0);
         assert_eq!(settings(&[]).strategy, Strategy::RttQuadtree);
         assert_eq!(settings(&["--strategy", "cpu-frustum"]).strategy, Strategy::CpuFrustum);
+        assert_eq!(settings(&[]).anti_aliasing, AntiAliasing::ByAdapter);
+        assert_eq!(settings(&["--anti-aliasing", "4x"]).anti_aliasing, AntiAliasing::FourSamples);
+        assert_eq!(settings(&["--anti-aliasing", "off"]).anti_aliasing, AntiAliasing::Off);
         assert_eq!(settings(&["--upload-kib", "64"]).upload_budget_bytes, 65_536);
     }
 }

@@ -80,5 +80,5 @@ mod terrain_renderer;
 pub mod tiling;
 
 pub use camera_view::{CameraError, CameraView};
-pub use renderer_settings::{DebugView, LookupMethod, RendererSettings};
+pub use renderer_settings::{AntiAliasing, DebugView, LookupMethod, RendererSettings};
 pub use terrain_renderer::{RenderError, TerrainRenderer};

@@ -521,6 +521,7 @@ impl TerrainRenderer {
     ) {
         let settings = TerrainPassSettings {
             target: format,
+            samples: Picture::samples(&self.gpu.device, format, scene.settings.anti_aliasing),
             linear_lookup: scene.settings.lookup == LookupMethod::Linear,
             wireframe: scene.settings.wireframe,
             has_colours: self.terrain.has_colours(),

@@ -6,7 +6,7 @@ use terrain_core::dataset::Manifest;
 use terrain_core::gpu::DebugImage;
 use terrain_core::measure::FrameRecord;
 use terrain_core::selection::Strategy;
-use terrain_core::{DebugView, RendererSettings};
+use terrain_core::{AntiAliasing, DebugView, RendererSettings};
 
 use super::keys::{Action, HELP};
 use super::plots::FrameHistory;
@@ -129,6 +129,11 @@ impl Panel<'_> {
             .on_hover_text("A tile is split while its texels are drawn larger than this");
         ui.add(slider(&mut settings.triangle_px, 2.0, 40.0).text("triangle (px)"))
             .on_hover_text("Size of the mesh's triangles in the picture");
+        let mut is_smooth = settings.anti_aliasing == AntiAliasing::FourSamples;
+        if ui.checkbox(&mut is_smooth, "smooth edges (4 samples a pixel)").changed() {
+            let four = AntiAliasing::FourSamples;
+            settings.anti_aliasing = if is_smooth { four } else { AntiAliasing::Off };
+        }
         ui.add(slider(&mut settings.vertical_exaggeration, 0.5, 50.0).text("exaggeration"));
         let mut budget_kib = settings.upload_budget_bytes / 1024;
         let budget = Slider::new(&mut budget_kib, 64..=16_384).logarithmic(true);

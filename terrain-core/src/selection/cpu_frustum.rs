@@ -1,6 +1,7 @@
-use std::cmp::Ordering;
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use super::sort_keys::{FarthestOrder, PriorityOrder};
 use super::subdivide::{LISTED_AT_MOST, is_split};
 use super::view_pyramid::{ViewPyramid, WorldBox};
 use super::{
@@ -61,19 +62,27 @@ pub fn select_by_frustum(
 ) -> Selection {
     let most = config.max_tiles.clamp(1, LISTED_AT_MOST);
     let sight = Sight::new(tree, view, config);
-    let mut listed = vec![(sight.distance_m(TileId::ROOT), TileId::ROOT)];
-    let mut coarse: BinaryHeap<_> = sight.to_split(listed[0]).into_iter().collect();
-    while let Some(SplitCandidate { tile, .. }) = coarse.pop() {
+    let mut listed = vec![sight.seen(TileId::ROOT)];
+    let mut too_coarse: BinaryHeap<_> = listed.iter().filter_map(|&s| sight.to_split(s)).collect();
+    while let Some(Reverse(key)) = too_coarse.pop() {
         let first = listed.len();
-        listed.extend(sight.visible_children(tile));
+        listed.extend(sight.visible_children(key.tile()));
         if listed.len() > most {
             listed.truncate(first);
             break;
         }
-        coarse.extend(listed[first..].iter().filter_map(|&child| sight.to_split(child)));
+        too_coarse.extend(listed[first..].iter().filter_map(|&seen| sight.to_split(seen)));
     }
-    let statistics = SelectionStatistics { subdivided: listed.len(), ..Default::default() };
-    Selection::in_order(listed, statistics)
+    let keys = listed.into_iter().map(|seen| PriorityOrder::new(seen.distance_m, seen.tile));
+    let statistics = SelectionStatistics { subdivided: keys.len(), ..Default::default() };
+    Selection::in_order(keys.collect(), statistics)
+}
+
+/// A tile and the distance in metres of its nearest point.
+#[derive(Clone, Copy)]
+struct SeenTile {
+    tile: TileId,
+    distance_m: f64,
 }
 
 /// What the view can see of the tree, and how large.
@@ -97,21 +106,24 @@ impl<'a> Sight<'a> {
         }
     }
 
-    fn distance_m(&self, tile: TileId) -> f64 {
-        self.tree.distance_m(tile, self.view.eye, self.vertical_exaggeration)
+    fn seen(&self, tile: TileId) -> SeenTile {
+        let distance_m = self.tree.distance_m(tile, self.view.eye, self.vertical_exaggeration);
+        SeenTile { tile, distance_m }
     }
 
-    /// The tile to be split, where its error is above the threshold and there are finer ones.
-    fn to_split(&self, (distance_m, tile): (f64, TileId)) -> Option<SplitCandidate> {
-        let error_rad = self.tree.texel_size_m(tile.level) / distance_m;
+    /// Where the tile is too coarse and there are finer ones, its place in the order of splitting: by
+    /// distance counted in its own texels, which is the error's reciprocal.
+    fn to_split(&self, seen: SeenTile) -> Option<Reverse<FarthestOrder>> {
+        let SeenTile { tile, distance_m } = seen;
+        let distance_texels = distance_m / self.tree.texel_size_m(tile.level);
         is_split(self.tree, tile, distance_m, self.split_factor)
-            .then_some(SplitCandidate { error_rad, tile })
+            .then(|| Reverse(FarthestOrder::new(distance_texels, tile)))
     }
 
-    /// The tile's children that hold data in view, with their distances.
-    fn visible_children(&self, tile: TileId) -> impl Iterator<Item = (f64, TileId)> {
+    /// The tile's children that hold data in view.
+    fn visible_children(&self, tile: TileId) -> impl Iterator<Item = SeenTile> {
         let exist = tile.children().into_iter().filter(|&child| self.tree.contains(child));
-        exist.filter(|&child| self.is_visible(child)).map(|child| (self.distance_m(child), child))
+        exist.filter(|&child| self.is_visible(child)).map(|child| self.seen(child))
     }
 
     fn is_visible(&self, tile: TileId) -> bool {
@@ -127,30 +139,3 @@ impl<'a> Sight<'a> {
         Some(WorldBox { min: drawn.min.extend(low_m), max: drawn.max.extend(high_m) })
     }
 }
-
-/// A tile too coarse for where it lies; the greatest is the next to be split.
-struct SplitCandidate {
-    /// Angle of the tile's texel at its nearest point.
-    error_rad: f64,
-    tile: TileId,
-}
-
-impl Ord for SplitCandidate {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.error_rad.total_cmp(&other.error_rad).then_with(|| other.tile.cmp(&self.tile))
-    }
-}
-
-impl PartialOrd for SplitCandidate {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for SplitCandidate {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for SplitCandidate {}

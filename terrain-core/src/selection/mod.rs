@@ -12,6 +12,7 @@ mod cpu_frustum;
 mod merge_farthest;
 mod regularize;
 mod rtt_quadtree;
+mod sort_keys;
 mod strategy;
 mod subdivide;
 mod tile_list;

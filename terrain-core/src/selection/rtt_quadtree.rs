@@ -40,5 +40,5 @@ pub fn select(
     let merges = merge_farthest(&mut list, config.max_tiles);
     let statistics =
         SelectionStatistics { subdivided, regularized_away, merges, ..Default::default() };
-    Selection::in_order(list.distances(), statistics)
+    Selection::in_order(list.priorities(), statistics)
 }

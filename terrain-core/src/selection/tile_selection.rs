@@ -1,5 +1,6 @@
 use std::collections::HashSet;
 
+use super::sort_keys::PriorityOrder;
 use super::{LayerTree, TileTree};
 use crate::tiling::TileId;
 
@@ -27,18 +28,12 @@ pub struct SelectionStatistics {
 }
 
 impl Selection {
-    /// The selection of these tiles, given with their distances in metres from the eye, each once and
-    /// level 0 among them: puts them in order and fills in the finest level.
-    pub(super) fn in_order(
-        mut listed: Vec<(f64, TileId)>,
-        statistics: SelectionStatistics,
-    ) -> Self {
-        listed.sort_unstable_by(|(distance_a, a), (distance_b, b)| {
-            let by_distance = || distance_a.total_cmp(distance_b);
-            a.level.cmp(&b.level).then_with(by_distance).then_with(|| a.cmp(b))
-        });
-        let finest_level = listed.last().map_or(0, |(_, tile)| tile.level);
-        let tiles = listed.into_iter().map(|(_, tile)| tile).collect();
+    /// The selection of these tiles, each once and level 0 among them: puts them in order and fills
+    /// in the finest level.
+    pub(super) fn in_order(mut keys: Vec<PriorityOrder>, statistics: SelectionStatistics) -> Self {
+        keys.sort_unstable();
+        let tiles: Vec<_> = keys.into_iter().map(PriorityOrder::tile).collect();
+        let finest_level = tiles.last().map_or(0, |tile| tile.level);
         Self { tiles, statistics: SelectionStatistics { finest_level, ..statistics } }
     }
 
