@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::selection::Strategy;
+
 /// What the picture shows instead of, or on top of, the terrain as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DebugView {
@@ -63,6 +65,8 @@ pub enum LookupMethod {
 /// What a user can set about drawing. All fields are public; [`Self::checked`] brings them in range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RendererSettings {
+    /// How tiles are chosen. What is cached stays when it changes.
+    pub strategy: Strategy,
     /// Slots of the caches from west to east: the paper's m.
     pub cache_columns: u32,
     /// Slots of the caches from north to south: the paper's n.
@@ -102,6 +106,7 @@ pub struct RendererSettings {
 impl Default for RendererSettings {
     fn default() -> Self {
         Self {
+            strategy: Strategy::RttQuadtree,
             cache_columns: 6,
             cache_rows: 6,
             max_tiles: 36,
