@@ -77,6 +77,6 @@ pub mod surface;
 mod terrain_renderer;
 pub mod tiling;
 
-pub use camera_view::CameraView;
+pub use camera_view::{CameraError, CameraView};
 pub use renderer_settings::{DebugView, LookupMethod, RendererSettings};
 pub use terrain_renderer::{RenderError, TerrainRenderer};

@@ -10,7 +10,6 @@ use std::time::{Duration, Instant};
 
 use glam::{DVec2, DVec3, dvec3};
 
-use crate::CameraView;
 use crate::dataset::{LoadError, TileSource};
 use crate::frame_setup::{frame_uniforms, mesh_radius, mesh_scale_m};
 use crate::gpu::{
@@ -26,6 +25,7 @@ use crate::selection::{
     Selection, SelectionConfig, TileTree, VisibleRegion, select, visible_region,
 };
 use crate::tiling::TileId;
+use crate::{CameraError, CameraView};
 
 /// Why a frame could not be drawn, or a renderer not be made.
 #[derive(Debug, thiserror::Error)]
@@ -33,6 +33,9 @@ pub enum RenderError {
     /// The GPU.
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    /// The view asked for is none.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
     /// A tile without which nothing can be drawn.
     #[error(transparent)]
     Load(#[from] LoadError),
@@ -214,7 +217,7 @@ impl TerrainRenderer {
     /// itself is drawn again.
     ///
     /// # Errors
-    /// [`RenderError::Gpu`] where the device has failed.
+    /// [`RenderError::Camera`] where the view is none, [`RenderError::Gpu`] where the device has failed.
     pub fn render(
         &mut self,
         view: &CameraView,
@@ -228,7 +231,7 @@ impl TerrainRenderer {
     /// Waits for disk and GPU. The record sums up all of them.
     ///
     /// # Errors
-    /// [`RenderError::Gpu`] where the device has failed.
+    /// [`RenderError::Camera`] where the view is none, [`RenderError::Gpu`] where the device has failed.
     pub fn render_settled(
         &mut self,
         view: &CameraView,
@@ -246,7 +249,7 @@ impl TerrainRenderer {
     /// top left, NaN where there is sky. From the same mesh and tiles as the picture.
     ///
     /// # Errors
-    /// [`RenderError::Gpu`] where the device has failed.
+    /// [`RenderError::Camera`] where the view is none, [`RenderError::Gpu`] where the device has failed.
     pub fn ground_coordinates(&mut self, view: &CameraView) -> Result<Vec<[f64; 3]>, RenderError> {
         self.settle(view)?;
         let mut encoder = self.encoder();
@@ -326,6 +329,7 @@ impl TerrainRenderer {
         target: Option<(&wgpu::TextureView, wgpu::TextureFormat)>,
     ) -> Result<FrameRecord, RenderError> {
         let started = Instant::now();
+        view.check()?;
         self.gpu.check()?;
         self.receive_region();
         let select_ms = self.select(view);

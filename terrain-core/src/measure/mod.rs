@@ -7,6 +7,7 @@ mod flight_recorder;
 mod frame_record;
 mod ledger;
 mod monotone_curve;
+pub mod report;
 
 pub use camera_spec::{CameraHeight, CameraSpec, CameraSpecError};
 pub use flight::{Flight, FlightError, Keyframe};

@@ -2,6 +2,7 @@ use std::mem::offset_of;
 
 use encase::ShaderType;
 
+use crate::dataset::HeightSamples;
 use crate::gpu::derive_heights_pass::DecodeJob;
 use crate::gpu::mesh_buffers::MeshBuffers;
 use crate::gpu::shader_library::{ALL, DERIVE_HEIGHTS, DISPLACE, Shader, TERRAIN};
@@ -27,6 +28,25 @@ fn wgsl_layout(shader: &Shader, name: &str) -> (Vec<(String, u32)>, u32) {
         }
     }
     panic!("{} has no struct {name}", shader.name);
+}
+
+/// The value of a WGSL constant as written.
+fn wgsl_constant(shader: &Shader, name: &str) -> naga::Literal {
+    let module = parse(shader);
+    let constant = module.constants.iter().find(|(_, found)| found.name.as_deref() == Some(name));
+    let init = constant.map(|(_, found)| &module.global_expressions[found.init]);
+    match init {
+        Some(naga::Expression::Literal(literal)) => *literal,
+        _ => panic!("{} has no constant {name}", shader.name),
+    }
+}
+
+#[test]
+fn what_is_no_height_is_the_same_on_both_sides() {
+    let word = u32::from(HeightSamples::NO_DATA_WORD);
+    assert_eq!(wgsl_constant(&DERIVE_HEIGHTS, "NO_DATA_WORD"), naga::Literal::U32(word));
+    let most = HeightSamples::MOST_HEIGHT_M;
+    assert_eq!(wgsl_constant(&DERIVE_HEIGHTS, "MOST_HEIGHT_M"), naga::Literal::F32(most));
 }
 
 fn named(pairs: &[(&str, usize)]) -> Vec<(String, u32)> {
