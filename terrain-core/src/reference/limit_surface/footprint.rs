@@ -195,8 +195,8 @@ mod tests {
             let footprint = down_at(DVec3::new(3.0, -2.0, 5.0), 1000.0);
             let line_m = offset_m - footprint.centre.truncate().dot(normal);
             let exact = disc_part_beyond(line_m, footprint.radius_m());
-            let mean = quadrature(HalfPlane { normal, offset_m }, FlatRelief)
-                .mean_colour(&footprint);
+            let mean =
+                quadrature(HalfPlane { normal, offset_m }, FlatRelief).mean_colour(&footprint);
             worst = worst.max((f64::from(mean.x) - exact).abs());
         }
         println!("worst error of the quadrature at an edge: {worst:.5}");

@@ -158,8 +158,8 @@ mod tests {
                     None => at(knots[knots.len() - 1]),
                     Some(next) => {
                         let (a, b) = (knots[next - 1], knots[next]);
-                        let part = (distances_m[i] - distances_m[a])
-                            / (distances_m[b] - distances_m[a]);
+                        let part =
+                            (distances_m[i] - distances_m[a]) / (distances_m[b] - distances_m[a]);
                         at(a) + (at(b) - at(a)) * part
                     }
                 };
@@ -182,7 +182,10 @@ mod tests {
         (1usize..8).prop_flat_map(|count| {
             let steps = proptest::collection::vec(0.1..5.0_f64, count);
             let distances = steps.prop_map(|steps| {
-                steps.iter().scan(10.0, |sum, step| Some(*sum + step).inspect(|d| *sum = *d)).collect()
+                steps
+                    .iter()
+                    .scan(10.0, |sum, step| Some(*sum + step).inspect(|d| *sum = *d))
+                    .collect()
             });
             (distances, proptest::collection::vec(any::<[u8; 3]>(), count))
         })
@@ -227,9 +230,8 @@ mod tests {
     #[test]
     fn a_line_in_linear_light_keeps_its_ends() {
         let distances_m: Vec<f64> = (0..=10).map(|i| 100.0 + 10.0 * f64::from(i)).collect();
-        let samples: Vec<[u8; 3]> = (0..=10)
-            .map(|i| [code_from_linear(0.2 + 0.05 * i as f32).round() as u8; 3])
-            .collect();
+        let samples: Vec<[u8; 3]> =
+            (0..=10).map(|i| [code_from_linear(0.2 + 0.05 * i as f32).round() as u8; 3]).collect();
         let knots = KnotSearch::new(&distances_m, &samples).fewest(1.0);
         assert_eq!(knots, [0, 10]);
     }
