@@ -7,6 +7,7 @@ use crate::commands::compare::CompareArgs;
 use crate::commands::doctor::DoctorArgs;
 use crate::commands::fly::FlyArgs;
 use crate::commands::info::InfoArgs;
+use crate::commands::precision::PrecisionArgs;
 use crate::commands::prepare::PrepareArgs;
 use crate::commands::render::RenderArgs;
 
@@ -42,6 +43,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Measure what a flight's frames cost and how far they are from exact pictures.
     Compare(CompareArgs),
+    /// Study how exact places, texture coordinates and depth are.
+    Precision(PrecisionArgs),
     /// Say which graphics adapters there are, what they can do and what would be left out.
     Doctor(DoctorArgs),
 }

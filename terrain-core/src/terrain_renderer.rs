@@ -22,7 +22,7 @@ use crate::measure::{ByteCause, FrameLedger, FrameRecord};
 use crate::renderer_settings::{LookupMethod, RendererSettings};
 use crate::resident_terrain::{Arrivals, OpenTerrainError, ResidentTerrain};
 use crate::selection::{
-    Selection, SelectionConfig, TileTree, VisibleRegion, select, visible_region,
+    Selection, SelectionConfig, SelectionStrategy, TileTree, VisibleRegion, visible_region,
 };
 use crate::tiling::TileId;
 use crate::{CameraError, CameraView};
@@ -79,8 +79,8 @@ pub struct TerrainRenderer {
     drawn: Option<SceneState>,
     displaced: Option<SceneState>,
     coordinates: Option<CoordinateState>,
-    /// The view and the region's frame the latest selection was made for.
-    selected: Option<(CameraView, u64)>,
+    /// The view and the region's frame, where there was one, the latest selection was made for.
+    selected: Option<(CameraView, Option<u64>)>,
 }
 
 /// The latest region that came back.
@@ -436,12 +436,23 @@ impl TerrainRenderer {
 
     /// Whether the scene's coordinates have not been asked for yet.
     fn wants_coordinates(&self, scene: &SceneState) -> bool {
-        !self.settings.freeze_selection && self.coordinates != Some(self.coordinate_state(scene))
+        !self.settings.freeze_selection
+            && self.strategy().needs_region()
+            && self.coordinates != Some(self.coordinate_state(scene))
     }
 
     fn wants_selection(&self, view: &CameraView) -> bool {
-        let region_frame = self.region.as_ref().map_or(0, |state| state.frame);
+        let region_frame = self.region_in_use().map(|state| state.frame);
         !self.settings.freeze_selection && self.selected != Some((*view, region_frame))
+    }
+
+    fn strategy(&self) -> &'static dyn SelectionStrategy {
+        self.settings.strategy.implementation()
+    }
+
+    /// The latest region, if the strategy goes by it.
+    fn region_in_use(&self) -> Option<&RegionState> {
+        self.region.as_ref().filter(|_| self.strategy().needs_region())
     }
 
     /// Takes the newest coordinate image that has come back, if any.
@@ -455,19 +466,24 @@ impl TerrainRenderer {
         }
     }
 
-    /// Selects the tiles of the view by the latest region; returns the milliseconds it took.
+    /// Selects the tiles of the view, by the latest region where the strategy needs one; returns the
+    /// milliseconds it took.
     fn select(&mut self, view: &CameraView) -> f64 {
-        let Some(state) = self.region.as_ref().filter(|_| self.wants_selection(view)) else {
+        let state = self.region_in_use();
+        let is_ready = state.is_some() || !self.strategy().needs_region();
+        if !is_ready || !self.wants_selection(view) {
             return 0.0;
-        };
+        }
         let started = Instant::now();
         let config = SelectionConfig {
             max_tiles: self.settings.max_tiles,
             texel_px: self.settings.texel_px,
             vertical_exaggeration: self.settings.vertical_exaggeration,
         };
-        self.selection = select(&self.terrain.tree, state.region.as_ref(), view, &config);
-        self.selected = Some((*view, state.frame));
+        let region = state.and_then(|state| state.region.as_ref());
+        let region_frame = state.map(|state| state.frame);
+        self.selection = self.strategy().select(&self.terrain.tree, region, view, &config);
+        self.selected = Some((*view, region_frame));
         started.elapsed().as_secs_f64() * 1.0e3
     }
 
@@ -508,6 +524,7 @@ impl TerrainRenderer {
             height_range_m: terrain.height_range_m(scene.settings.vertical_exaggeration),
             data_extent: &terrain.tree.data_extent,
             triangle_px: scene.settings.triangle_px,
+            has_coordinates: self.strategy().needs_region(),
         };
         let (sent, rebuilt) = self.meshes.set_up(&self.gpu.device, &self.gpu.queue, &mesh_scene);
         self.ledger.add(ByteCause::Mesh, sent);
@@ -556,6 +573,7 @@ impl TerrainRenderer {
     ) {
         let settings = TerrainPassSettings {
             target: format,
+            samples: Picture::samples(&self.gpu.device, format, scene.settings.anti_aliasing),
             linear_lookup: scene.settings.lookup == LookupMethod::Linear,
             wireframe: scene.settings.wireframe,
             has_colours: self.terrain.has_colours(),
@@ -576,7 +594,7 @@ impl TerrainRenderer {
     fn record(&mut self, (new, evicted): (u64, u64), coordinate_pass_drawn: bool) -> FrameRecord {
         let (blocks, triangles) = self.meshes.picture().map_or((0, 0), |mesh| mesh.drawn());
         let mut record = FrameRecord {
-            strategy: "rtt-quadtree".to_owned(),
+            strategy: self.settings.strategy.to_string(),
             frame: self.frame,
             gpu_ms: self.timer.latest_ms(),
             tiles_selected: self.selection.tiles.len() as u64,
@@ -597,7 +615,7 @@ impl TerrainRenderer {
 
     /// How many frames ago the region in use was seen; 0 where the camera has not moved since.
     fn region_age_frames(&self) -> Option<u64> {
-        let state = self.region.as_ref()?;
+        let state = self.region_in_use()?;
         let is_current = self.selected.is_some_and(|(view, _)| view == state.view);
         Some(if is_current { 0 } else { self.frame - state.frame })
     }

@@ -6,7 +6,7 @@ use super::{ByteCause, ByteTotals};
 /// What one frame did and what it cost: a row of `frames.csv`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrameRecord {
-    /// How tiles were selected.
+    /// How tiles were selected: a strategy's name.
     pub strategy: String,
     /// Number of the frame, from 0.
     pub frame: u64,
@@ -47,7 +47,7 @@ pub struct FrameRecord {
     /// Bytes read back from the GPU.
     pub readback_bytes: u64,
     /// How many frames ago the region that tiles were selected by was drawn; `None` before the
-    /// first.
+    /// first, and for a strategy that goes without.
     pub region_age_frames: Option<u64>,
     /// Finest level selected.
     pub finest_level: u8,

@@ -29,6 +29,7 @@ pub use error::PrepareError;
 pub use request::PrepareRequest;
 pub use run::{NoProgress, Progress};
 pub use summary::{LayerSummary, PrepareSummary};
+pub(crate) use texel::{LinearColour, Texel};
 pub use void_fill::{MAX_VOID_CELLS, VoidReport};
 
 use self::colour_layer::write_colours;

@@ -8,6 +8,7 @@ use terrain_core::gpu::AdapterChoice;
 use terrain_core::measure::error::{DrawnPicture, MeasuredErrors, PictureDeviation, Spread};
 use terrain_core::measure::motion::{popping, swim_px};
 use terrain_core::measure::{Flight, FrameRecord};
+use terrain_core::selection::Strategy;
 use terrain_core::{CameraView, RendererSettings};
 
 use super::exact_pictures::ExactPictures;
@@ -34,8 +35,6 @@ pub struct Course {
 pub struct RunPlan {
     /// What the run is called; unique.
     pub name: String,
-    /// How tiles are selected.
-    pub strategy: &'static str,
     /// How it is drawn.
     pub settings: RendererSettings,
     /// What is drawn.
@@ -47,7 +46,7 @@ pub struct RunResult {
     /// What the run is called.
     pub name: String,
     /// How tiles were selected.
-    pub strategy: &'static str,
+    pub strategy: Strategy,
     /// A record a frame.
     pub records: Vec<FrameRecord>,
     /// The measured frames that differ most.
@@ -87,7 +86,6 @@ impl Course {
                 if is_measured && index > 0 { Some(headless.redraw(&view)?) } else { None };
             let mut record = headless.draw(&view, self.settle)?;
             (record.frame, record.time_s) = (frame, self.flight.frame_time_s(frame));
-            record.strategy = plan.strategy.to_owned();
             if is_measured {
                 let measured =
                     self.measure(&mut record, &view, before.as_deref(), headless, exact)?;
@@ -96,8 +94,8 @@ impl Course {
             records.push(record);
             frame_done();
         }
-        let RunPlan { name, strategy, .. } = plan;
-        Ok(RunResult { name, strategy, records, worst: worst.into_frames() })
+        let strategy = plan.settings.strategy;
+        Ok(RunResult { name: plan.name, strategy, records, worst: worst.into_frames() })
     }
 
     /// Fills in the errors of the frame just drawn.

@@ -19,12 +19,13 @@ use terrain_core::dataset::{Dataset, TileSource};
 use terrain_core::gpu::AdapterChoice;
 use terrain_core::measure::Flight;
 use terrain_core::measure::sweep::{Knob, Sweep};
+use terrain_core::selection::Strategy;
 
 use self::course::{Course, RunPlan};
 use self::exact_pictures::ExactPictures;
 use self::page::{Page, Scene};
 use crate::commands::fly::frames_to_draw;
-use crate::drawing_args::{DrawingArgs, Size, Strategy};
+use crate::drawing_args::{DrawingArgs, Size, strategies};
 use crate::progress::FrameProgress;
 use crate::{flights, output};
 
@@ -53,7 +54,7 @@ pub struct CompareArgs {
     flight: Option<PathBuf>,
 
     /// How tiles are selected, a run each, with commas between them [default: that of --strategy]
-    #[arg(long, value_enum, value_delimiter = ',', conflicts_with = "strategy")]
+    #[arg(long, value_name = "S,S,..", value_parser = strategies(), value_delimiter = ',', conflicts_with = "strategy")]
     strategies: Vec<Strategy>,
 
     /// Fly once for each value of a knob
@@ -116,7 +117,7 @@ pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
     progress.finish();
 
     let scene = Scene {
-        dataset: args.dataset.display().to_string(),
+        dataset: name_of(&args.dataset),
         flight: args.flight.as_deref().map(name_of),
         adapter: adapter_name,
         size_px,
@@ -136,15 +137,14 @@ fn plans(
     settings: RendererSettings,
 ) -> anyhow::Result<Vec<RunPlan>> {
     let strategies = match args.strategies.as_slice() {
-        [] => vec![args.drawing.strategy()],
+        [] => vec![settings.strategy],
         strategies => strategies.to_vec(),
     };
     let mut plans = Vec::new();
     for strategy in strategies {
         let plain = || RunPlan {
             name: strategy.name().to_owned(),
-            strategy: strategy.name(),
-            settings,
+            settings: RendererSettings { strategy, ..settings },
             source: Arc::clone(source),
         };
         let Some(sweep) = &args.sweep else {
@@ -153,7 +153,7 @@ fn plans(
         };
         for value in &sweep.values {
             let mut plan = plain();
-            plan.settings = sweep.knob.turned(settings, value)?;
+            plan.settings = sweep.knob.turned(plan.settings, value)?;
             let setting = format!("{}={}", sweep.knob.name(), short_value(sweep.knob, value));
             let many = args.strategies.len() > 1;
             plan.name = if many { format!("{} {setting}", plan.name) } else { setting };
