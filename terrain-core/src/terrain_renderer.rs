@@ -354,20 +354,18 @@ impl TerrainRenderer {
 
     /// Draws frames without a picture until nothing is missing.
     fn settle(&mut self, view: &CameraView) -> Result<FrameRecord, RenderError> {
-        // Each round brings at least one tile or image; a scene needs a few dozen.
+        // Each round brings at least one tile or image, unless a disk takes its time.
         const MOST_FRAMES: u32 = 2_000;
-        const PATIENCE: Duration = Duration::from_millis(50);
+        const PATIENCE: Duration = Duration::from_secs(1);
         let mut sum = self.frame(view, None)?;
         for _ in 0..MOST_FRAMES {
             if !self.is_pending(view) {
                 break;
             }
-            if self.feedback.is_waiting() {
-                // A failure of the wait shows in the next frame's check of the device.
-                let _ = self.gpu.device.poll(wgpu::PollType::wait_indefinitely());
-            } else {
-                self.terrain.wait(PATIENCE);
-            }
+            // Waiting for all that is under way makes the same rounds of them every time, however fast
+            // disk and GPU are. A failure of the device shows in the next frame's check.
+            let _ = self.gpu.device.poll(wgpu::PollType::wait_indefinitely());
+            self.terrain.wait(PATIENCE);
             let record = self.frame(view, None)?;
             sum.add_work_of(&record);
         }
