@@ -282,6 +282,7 @@ impl TerrainRenderer {
 
     /// Draws the view into `target` with the tiles there are, for comparing pictures. No frame: nothing
     /// is selected, loaded or counted, and the next frame finds everything as the last one left it.
+    /// Before the first frame it builds meshes that the first frame would build.
     ///
     /// # Errors
     /// [`RenderError::Gpu`] where the device has failed.

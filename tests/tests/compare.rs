@@ -95,10 +95,12 @@ fn measuring_beside_the_frames_changes_nothing_in_them() {
     let Some(gpu) = gpu() else { return };
     let mut plain = Stage::new(Arc::clone(&gpu), RendererSettings::default());
     let mut measured = Stage::new(gpu, RendererSettings::default());
-    for step in [0.0, 1.0, 1.0, 20.0] {
+    for (frame, step) in [0.0, 1.0, 1.0, 20.0].into_iter().enumerate() {
         let view = view(step);
         let (record, picture) = plain.draw(&view);
-        measured.redraw(&view);
+        if frame > 0 {
+            measured.redraw(&view);
+        }
         let (same_record, same_picture) = measured.draw(&view);
         measured.ground(&CameraView { heading_deg: 100.0, ..view });
         assert_eq!(without_times(record), without_times(same_record), "step {step}");
