@@ -106,11 +106,13 @@ static SRGB_FROM_LINEAR: LazyLock<[u8; 65536]> = LazyLock::new(|| {
     std::array::from_fn(|linear| (255.0 * srgb_from_linear(linear as f64 / 65535.0)).round() as u8)
 });
 
-fn linear_from_srgb(encoded: f64) -> f64 {
+/// Linear light in 0..=1 of an sRGB-encoded value in 0..=1 (IEC 61966-2-1).
+pub fn linear_from_srgb(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
-fn srgb_from_linear(linear: f64) -> f64 {
+/// The inverse of [`linear_from_srgb`].
+pub fn srgb_from_linear(linear: f64) -> f64 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 

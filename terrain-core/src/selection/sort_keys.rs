@@ -7,6 +7,7 @@ use crate::tiling::TileId;
 const PLACE_BITS: u32 = 24;
 const PLACE_MASK: u128 = (1 << PLACE_BITS) - 1;
 const LEVEL_BITS: u32 = 5;
+const LEVEL_MASK: u8 = (1 << LEVEL_BITS) - 1;
 
 /// Nearest first; at equal distance by level, row and column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -16,6 +17,12 @@ impl FarthestOrder {
     pub fn new(distance_m: f64, tile: TileId) -> Self {
         let distance = ordered_bits(distance_m) << (LEVEL_BITS + 2 * PLACE_BITS);
         Self(distance | u128::from(tile.level) << (2 * PLACE_BITS) | place_bits(tile))
+    }
+
+    /// The tile the key was made of.
+    pub fn tile(self) -> TileId {
+        let level = (self.0 >> (2 * PLACE_BITS)) as u8 & LEVEL_MASK;
+        TileId::new(level, row_of(self.0), column_of(self.0))
     }
 }
 
@@ -32,9 +39,16 @@ impl PriorityOrder {
     /// The tile the key was made of.
     pub fn tile(self) -> TileId {
         let level = (self.0 >> (64 + 2 * PLACE_BITS)) as u8;
-        let row = (self.0 >> PLACE_BITS & PLACE_MASK) as u32;
-        TileId::new(level, row, (self.0 & PLACE_MASK) as u32)
+        TileId::new(level, row_of(self.0), column_of(self.0))
     }
+}
+
+fn row_of(key: u128) -> u32 {
+    (key >> PLACE_BITS & PLACE_MASK) as u32
+}
+
+fn column_of(key: u128) -> u32 {
+    (key & PLACE_MASK) as u32
 }
 
 fn place_bits(tile: TileId) -> u128 {
@@ -75,6 +89,7 @@ mod tests {
             let expected = a.1.level.cmp(&b.1.level).then_with(by_distance).then(a.1.cmp(&b.1));
             prop_assert_eq!(priority, expected);
             prop_assert_eq!(PriorityOrder::new(a.0, a.1).tile(), a.1);
+            prop_assert_eq!(FarthestOrder::new(a.0, a.1).tile(), a.1);
         }
     }
 }

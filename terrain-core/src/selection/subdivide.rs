@@ -24,7 +24,7 @@ impl Default for SelectionConfig {
 
 /// Tiles beyond which nothing more is split, whatever the threshold: a bound on time and memory for
 /// settings that ask for the absurd.
-const LISTED_AT_MOST: usize = 1 << 16;
+pub(super) const LISTED_AT_MOST: usize = 1 << 16;
 
 /// Step 2 of the paper's tile selection: quadtree subdivision by distance.
 ///
@@ -77,6 +77,6 @@ pub fn subdivide(
 
 /// Whether the tile's texel appears larger than the threshold: `split_factor` is the threshold in
 /// radians, so the comparison is texel size over distance without the division by a distance of 0.
-fn is_split(tree: &TileTree, tile: TileId, distance_m: f64, split_factor: f64) -> bool {
+pub(super) fn is_split(tree: &TileTree, tile: TileId, distance_m: f64, split_factor: f64) -> bool {
     tile.level < tree.finest_level() && tree.texel_size_m(tile.level) > split_factor * distance_m
 }

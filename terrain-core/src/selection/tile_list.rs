@@ -96,14 +96,10 @@ impl TileList {
         self.nodes.iter().filter(|node| node.is_listed).map(|node| node.tile)
     }
 
-    /// The tiles on the list in order of priority: coarsest level first, within a level nearest
-    /// first, at equal distance by row and column.
-    pub fn by_priority(&self) -> Vec<TileId> {
+    /// The tiles on the list by priority, not yet sorted.
+    pub(super) fn priorities(&self) -> Vec<PriorityOrder> {
         let listed = self.nodes.iter().filter(|node| node.is_listed);
-        let mut keys: Vec<_> =
-            listed.map(|node| PriorityOrder::new(node.distance_m, node.tile)).collect();
-        keys.sort_unstable();
-        keys.into_iter().map(PriorityOrder::tile).collect()
+        listed.map(|node| PriorityOrder::new(node.distance_m, node.tile)).collect()
     }
 
     pub(super) fn nodes(&self) -> &[Node] {

@@ -11,6 +11,7 @@ use tiff::{ColorType, TiffError};
 use super::chunk_cache::ChunkCache;
 use super::geo_keys::GeoTags;
 use super::{RasterContent, RasterInfo, RasterSource, SourceError, Window};
+use crate::dataset::HeightSamples;
 
 /// Most bytes one strip or tile may decode to: it is the smallest part that can be read.
 const MAX_CHUNK_BYTES: usize = 192 << 20;
@@ -257,7 +258,8 @@ fn copy_heights(
         let values = data[first * samples..].iter().step_by(samples);
         for (target, &value) in out.iter_mut().zip(values) {
             let value = as_f64(value);
-            let held = nodata.is_none_or(|nodata| value != nodata) && value.is_finite();
+            let held = nodata.is_none_or(|nodata| value != nodata)
+                && HeightSamples::is_height(value as f32);
             *target = if held { value as f32 } else { f32::NAN };
         }
     }
