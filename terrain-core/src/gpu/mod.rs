@@ -44,7 +44,7 @@ pub(crate) use frame_bindings::FrameBindings;
 pub use frame_uniforms::{FrameUniforms, TableRange};
 pub(crate) use offscreen_target::read_texture;
 pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
-pub use offset_table_buffer::{TileEntry, TilePlace};
+pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};
 pub(crate) use picture::{Picture, PictureTarget};
 pub use precision_depth_probe::probe_depth;
 pub use precision_probe::{
