@@ -8,6 +8,7 @@ use crate::commands::fly::FlyArgs;
 use crate::commands::info::InfoArgs;
 use crate::commands::prepare::PrepareArgs;
 use crate::commands::render::RenderArgs;
+use crate::commands::synth::SynthArgs;
 
 const EXAMPLE: &str = "Example:
   terrain prepare --dem dem.tif --dom orthophoto.tif --out alps
@@ -33,6 +34,8 @@ pub struct Cli {
 pub enum Command {
     /// Make a dataset of height rasters and pictures.
     Prepare(PrepareArgs),
+    /// Write rasters of synthetic mountains, as large as wanted.
+    Synth(SynthArgs),
     /// Tell what a dataset holds.
     Info(InfoArgs),
     /// Fly over a dataset, in a window or measured without one.

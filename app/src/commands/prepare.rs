@@ -178,14 +178,15 @@ fn write_layer(
 }
 
 /// A progress bar on a terminal, once the work has taken a second; nothing elsewhere.
-struct TerminalProgress {
+pub struct TerminalProgress {
     bar: Option<ProgressBar>,
     phase: Mutex<String>,
     started: std::time::Instant,
 }
 
 impl TerminalProgress {
-    fn new() -> Self {
+    /// Nothing shown yet.
+    pub fn new() -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::hidden();
             if let Ok(style) =
@@ -198,7 +199,8 @@ impl TerminalProgress {
         Self { bar, phase: Mutex::new(String::new()), started: std::time::Instant::now() }
     }
 
-    fn clear(&self) {
+    /// Takes the bar away.
+    pub fn clear(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
