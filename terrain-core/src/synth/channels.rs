@@ -78,8 +78,7 @@ impl Channels {
 
     /// Metres from the edge of the nearest water, as in [`ChannelEffect`].
     pub fn to_water_m(&self, place_m: DVec2) -> f32 {
-        let distances =
-            self.near(place_m).map(|reach| reach.nearest(place_m).0 - reach.water_m);
+        let distances = self.near(place_m).map(|reach| reach.nearest(place_m).0 - reach.water_m);
         distances.fold(ChannelEffect::FAR_M, f32::min)
     }
 
@@ -102,10 +101,12 @@ impl Reach {
         let root_area_km = (area_m2 * 1e-6).sqrt();
         let fall = (level_m[0] - level_m[1]) / along_m.length().max(1.0);
         let gentleness = 1.0 / (1.0 + (fall / 0.02) * (fall / 0.02));
-        let water_m = 0.55 * root_area_km;
+        // Small streams run under trees, too narrow to be seen.
+        let water_m = (0.85 * root_area_km - 2.5).min(2.0 * root_area_km - 14.0);
         // Valleys narrow and widen along their way.
         let width = 1.0 + fractal_noise(ends_m[0] / 4_000.0, 3, seed);
-        let floor_m = water_m + 4.0 + width * gentleness * (8.0 + 5.0 * root_area_km).min(420.0);
+        let floor_m =
+            water_m.max(0.0) + 4.0 + width * gentleness * (8.0 + 5.0 * root_area_km).min(420.0);
         let foot_m = 120.0 + 0.8 * floor_m;
         Self { start_m: ends_m[0], along_m, level_m, water_m, floor_m, foot_m }
     }
@@ -200,7 +201,8 @@ impl Nodes {
             let below = self.below(ground, node);
             let ends_m = [self.places_m[node], self.places_m[below]];
             let area_m2 = ground.drainage.areas_m2[self.cells[node] as usize];
-            let reach = Reach::new(ends_m, [self.levels_m[node], self.levels_m[below]], area_m2, seed);
+            let reach =
+                Reach::new(ends_m, [self.levels_m[node], self.levels_m[below]], area_m2, seed);
             (below != node).then_some(reach)
         };
         (0..self.cells.len()).filter_map(reach_of).collect()
@@ -258,4 +260,54 @@ fn cells_near(reach: &Reach, side: usize, cell_m: f64) -> impl Iterator<Item = u
 /// How much a place belongs to a valley's floor: all within, nothing a foot's width away.
 pub fn floor_weight(floor: f32) -> f32 {
     smooth_step(0.55, 1.0, floor)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::erosion::erode;
+    use super::*;
+
+    #[test]
+    fn streams_fall_all_their_way_and_lie_in_the_ground() {
+        let ground = erode(1, 3, |_| true).unwrap();
+        let nodes = Nodes::of(&ground);
+        assert!(nodes.cells.len() > 1_000);
+        for node in 0..nodes.cells.len() {
+            assert!(nodes.levels_m[nodes.below(&ground, node)] <= nodes.levels_m[node]);
+            let (surface_m, _) = ground.grid.smooth_height(nodes.places_m[node]);
+            assert!(nodes.levels_m[node] <= surface_m);
+        }
+    }
+
+    #[test]
+    fn beds_are_carved_to_the_level_of_their_stream_and_no_deeper() {
+        let ground = erode(1, 3, |_| true).unwrap();
+        let channels = Channels::of(&ground, 1);
+        for reach in channels.reaches.iter().step_by(7) {
+            let middle_m = reach.start_m + 0.5 * reach.along_m.as_dvec2();
+            let (base_m, _) = ground.grid.smooth_height(middle_m);
+            let effect = channels.effect(middle_m, base_m);
+            let level_m = 0.5 * (reach.level_m[0] + reach.level_m[1]);
+            assert!(effect.height_m <= level_m.min(base_m) + 0.01);
+            assert_eq!(effect.floor, 1.0);
+            assert!(effect.to_water_m <= -reach.water_m + 0.01);
+        }
+    }
+
+    #[test]
+    fn what_is_listed_for_a_cell_is_all_that_reaches_into_it() {
+        let ground = erode(1, 3, |_| true).unwrap();
+        let channels = Channels::of(&ground, 1);
+        for index in 0..400 {
+            let place_m =
+                DVec2::new(f64::from(index % 20), f64::from(index / 20)) * 14_399.0 + 50.0;
+            let (base_m, _) = ground.grid.smooth_height(place_m);
+            let is_near = |reach: &&Reach| f64::from(reach.nearest(place_m).0) < reach.reach_m();
+            let expected = channels.reaches.iter().filter(is_near).count();
+            let listed = channels.near(place_m).filter(is_near).count();
+            assert_eq!(listed, expected, "at {place_m}");
+            let effect = channels.effect(place_m, base_m);
+            assert!(effect.height_m <= base_m && (0.0..=1.0).contains(&effect.floor));
+        }
+    }
 }

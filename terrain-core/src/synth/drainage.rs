@@ -131,3 +131,86 @@ pub fn fill_hollows(grid: &mut HeightGrid) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIDE: usize = 40;
+
+    fn rough_grid(seed: u32) -> HeightGrid {
+        let height_m = |cell: usize| 100.0 + 80.0 * unit(hash(cell as i32, 0, seed));
+        HeightGrid { side: SIDE, heights_m: (0..SIDE * SIDE).map(height_m).collect() }
+    }
+
+    /// Lowest level at which water of every cell can leave, by relaxing until nothing changes.
+    fn spill_levels_m(grid: &HeightGrid) -> Vec<f32> {
+        let start = |cell: usize| match grid.is_outlet(cell) {
+            true => grid.heights_m[cell],
+            false => f32::INFINITY,
+        };
+        let mut levels_m: Vec<f32> = (0..SIDE * SIDE).map(start).collect();
+        loop {
+            let before = levels_m.clone();
+            for cell in (0..SIDE * SIDE).filter(|&cell| !grid.is_outlet(cell)) {
+                let around = grid.neighbours(cell).map(|(near, _)| levels_m[near]);
+                levels_m[cell] = around.fold(f32::INFINITY, f32::min).max(grid.heights_m[cell]);
+            }
+            if levels_m == before {
+                return levels_m;
+            }
+        }
+    }
+
+    #[test]
+    fn hollows_are_filled_to_where_they_spill_and_drain() {
+        for seed in 0..5 {
+            let rough = rough_grid(seed);
+            let mut filled = rough.clone();
+            fill_hollows(&mut filled);
+            let most_rise_m = FILL_RISE_M * (SIDE * SIDE) as f32;
+            for (cell, level_m) in spill_levels_m(&rough).into_iter().enumerate() {
+                let over_m = filled.heights_m[cell] - level_m;
+                assert!((0.0..=most_rise_m).contains(&over_m), "{over_m} m at cell {cell}");
+                let is_lower = |near| filled.heights_m[near] < filled.heights_m[cell];
+                let drains = filled.neighbours(cell).any(|(near, _)| is_lower(near));
+                assert!(drains || filled.is_outlet(cell), "cell {cell} of seed {seed}");
+            }
+        }
+    }
+
+    #[test]
+    fn areas_are_those_of_the_cells_whose_water_comes_by() {
+        let mut grid = rough_grid(9);
+        fill_hollows(&mut grid);
+        let drainage = Drainage::of(&grid, 3);
+        let mut visits = vec![0.0; SIDE * SIDE];
+        for mut cell in 0..SIDE * SIDE {
+            visits[cell] += 1.0;
+            while drainage.receivers[cell] as usize != cell {
+                cell = drainage.receivers[cell] as usize;
+                visits[cell] += 1.0;
+            }
+            assert!(grid.is_outlet(cell));
+        }
+        let cell_m2 = grid.cell_m() * grid.cell_m();
+        for (area_m2, visits) in drainage.areas_m2.iter().zip(visits) {
+            assert!((f64::from(*area_m2) / cell_m2 / visits - 1.0).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn the_order_puts_every_cell_after_its_receiver() {
+        let mut grid = rough_grid(4);
+        fill_hollows(&mut grid);
+        let drainage = Drainage::of(&grid, 3);
+        let mut place = vec![usize::MAX; SIDE * SIDE];
+        for (index, &cell) in drainage.upstream_order.iter().enumerate() {
+            place[cell as usize] = index;
+        }
+        assert!(!place.contains(&usize::MAX), "every cell is in the order");
+        for (cell, &receiver) in drainage.receivers.iter().enumerate() {
+            assert!(place[receiver as usize] <= place[cell]);
+        }
+    }
+}

@@ -1,9 +1,9 @@
 use glam::{DVec2, Vec2, vec2};
 
 use super::channels::{ChannelEffect, Channels, floor_weight};
-use super::erosion::{ErodedGround, erode};
+use super::erosion::{ErodedGround, LEVELS, erode};
 use super::gullies::Gullies;
-use super::noise::{derived_seed, fractal_noise, gradient_noise};
+use super::noise::{derived_seed, fractal_noise, gradient_noise, mixed, smooth_step};
 
 /// The whole ground of a seed, known at every point.
 ///
@@ -40,9 +40,13 @@ impl Ground {
     /// Makes the ground of a seed. `advanced` hears which share of the work is done; where it says
     /// no, there is no ground.
     pub fn new(seed: u32, advanced: impl FnMut(f64) -> bool) -> Option<Self> {
-        let eroded = erode(seed, advanced)?;
+        Some(Self::on(erode(seed, LEVELS, advanced)?, seed))
+    }
+
+    /// The ground on an eroded grid.
+    pub(super) fn on(eroded: ErodedGround, seed: u32) -> Self {
         let channels = Channels::of(&eroded, derived_seed(seed, 20));
-        Some(Self { eroded, channels, seed })
+        Self { eroded, channels, seed }
     }
 
     /// The eroded grid that everything follows, and its drainage.
@@ -63,10 +67,9 @@ impl Ground {
             fractal_noise(point_m / wavelength_m, octaves, seed)
         };
         let patch = noise(22, 900.0, 4);
-        // Even floors are not perfectly flat.
-        let unevenness_m = 0.8 * gradient_noise(point_m / 70.0, derived_seed(self.seed, 23));
+        let added_m = gullies.height_m + away * self.roughness_m(point_m, base_m);
         GroundPoint {
-            height_m: streams.height_m + gullies.height_m + unevenness_m * away,
+            height_m: streams.height_m + added_m,
             rib: gullies.rib,
             floor: streams.floor,
             to_water_m: streams.to_water_m,
@@ -79,6 +82,21 @@ impl Ground {
     /// Metres from the nearest water's edge, at a point with this bend.
     pub fn to_water_m(&self, point_m: DVec2, bend_m: Vec2) -> f32 {
         self.channels.to_water_m(point_m + bend_m.as_dvec2())
+    }
+
+    /// What neither rivers nor gullies make: slight unevenness, and crags and notches up where frost
+    /// breaks the rock.
+    fn roughness_m(&self, point_m: DVec2, height_m: f32) -> f32 {
+        let frost = smooth_step(3_900.0, 5_000.0, height_m);
+        let mut roughness_m = gradient_noise(point_m / 70.0, derived_seed(self.seed, 23));
+        if frost > 0.0 {
+            for (octave, wavelength_m) in [640.0, 290.0, 130.0].into_iter().enumerate() {
+                let seed = derived_seed(self.seed, 25 + octave as u32);
+                let crag = 0.4 - gradient_noise(point_m / wavelength_m, seed).abs();
+                roughness_m += 0.16 * frost * wavelength_m as f32 * crag;
+            }
+        }
+        roughness_m
     }
 
     /// Bends the ground, so that nothing shows the directions of the grid. Bends are so gentle that
@@ -97,7 +115,7 @@ impl Ground {
 impl GroundPoint {
     /// A point between two others: `weight` 0 is this one, 1 the other.
     pub fn mixed(&self, other: &Self, weight: f32) -> Self {
-        let mixed = |a: f32, b: f32| a + (b - a) * weight;
+        let mixed = |a: f32, b: f32| mixed(a, b, weight);
         Self {
             height_m: mixed(self.height_m, other.height_m),
             rib: mixed(self.rib, other.rib),

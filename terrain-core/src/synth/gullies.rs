@@ -5,7 +5,7 @@ use super::noise::{cell_of, cos_sin_turns, derived_seed, hash, mixed, unit_pair}
 /// Distance from gully to gully in metres, coarse to fine, each cut into the flanks of the one before.
 const WAVELENGTHS_M: [f64; 4] = [430.0, 215.0, 112.0, 66.0];
 /// Height of a gully's rib above its bed on a steep slope, as a share of its wavelength.
-const RELIEF: [f32; 4] = [0.12, 0.09, 0.06, 0.035];
+const RELIEF: [f32; 4] = [0.16, 0.12, 0.075, 0.04];
 /// Size of the cells that give stripes their phase, in wavelengths.
 const CELL_WAVELENGTHS: f64 = 1.6;
 
@@ -70,4 +70,44 @@ fn stripes(place: DVec2, across: Vec2, seed: u32) -> Vec2 {
         }
     }
     sum / sum.length().max(0.25)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SLOPE: Vec2 = vec2(0.48, 0.36);
+
+    fn gullies(place_m: DVec2) -> Gullies {
+        Gullies::on_slope(place_m, SLOPE, 1.0, 5)
+    }
+
+    #[test]
+    fn gullies_run_down_the_slope() {
+        let (down, across) = (dvec2(0.8, 0.6), dvec2(-0.6, 0.8));
+        let change = |step: DVec2| -> f32 {
+            let places = (0..4_000).map(|i| dvec2(f64::from(i % 63), f64::from(i / 63)) * 87.0);
+            places.map(|at| (gullies(at + 20.0 * step).height_m - gullies(at).height_m).abs()).sum()
+        };
+        let (along, athwart) = (change(down), change(across));
+        assert!(athwart > 1.5 * along, "{athwart} m across, {along} m along");
+    }
+
+    #[test]
+    fn gullies_are_bounded_and_even_out() {
+        let places = (0..10_000).map(|i| dvec2(f64::from(i % 100), f64::from(i / 100)) * 61.7);
+        let all: Vec<Gullies> = places.map(gullies).collect();
+        let most_m: f32 =
+            WAVELENGTHS_M.iter().zip(RELIEF).map(|(length, relief)| *length as f32 * relief).sum();
+        assert!(all.iter().all(|one| one.height_m.abs() < most_m && one.rib.abs() <= 1.0));
+        let mean_m = all.iter().map(|one| one.height_m).sum::<f32>() / all.len() as f32;
+        assert!(mean_m.abs() < 0.15 * most_m, "{mean_m}");
+    }
+
+    #[test]
+    fn even_ground_has_none() {
+        assert_eq!(Gullies::on_slope(dvec2(5.0, 7.0), SLOPE, 0.0, 5), Gullies::default());
+        let flat = Gullies::on_slope(dvec2(5.0, 7.0), Vec2::ZERO, 1.0, 5);
+        assert_eq!(flat, Gullies::default());
+    }
 }

@@ -2,7 +2,9 @@ use glam::{DVec2, Vec2, Vec3, vec3};
 
 use super::channels::floor_weight;
 use super::ground::GroundPoint;
-use super::noise::{derived_seed, fractal_noise, gradient_noise, hash, smooth_step, unit};
+use super::noise::{
+    cell_of, derived_seed, fractal_noise, gradient_noise, hash, smooth_step, unit, unit_pair,
+};
 
 /// What a camera above sees at a point.
 #[derive(Clone, Copy, Debug)]
@@ -26,9 +28,9 @@ const fn srgb(red: u8, green: u8, blue: u8) -> Vec3 {
 const BROADLEAF: Vec3 = srgb(62, 80, 44);
 const CONIFERS: Vec3 = srgb(40, 57, 39);
 const SHRUBS: Vec3 = srgb(118, 112, 76);
-const MEADOW: Vec3 = srgb(121, 124, 74);
-const ALPINE_TURF: Vec3 = srgb(138, 128, 88);
-const ROCK: Vec3 = srgb(124, 119, 112);
+const MEADOW: Vec3 = srgb(112, 114, 70);
+const ALPINE_TURF: Vec3 = srgb(126, 117, 84);
+const ROCK: Vec3 = srgb(112, 107, 102);
 const SCREE: Vec3 = srgb(151, 144, 134);
 const SNOW: Vec3 = srgb(240, 244, 250);
 const WATER: Vec3 = srgb(84, 108, 104);
@@ -59,13 +61,14 @@ impl LandCover {
         let mut colour = self.woods(&site, texture);
         colour = colour.lerp(self.fields(point_m, texture), site.farmed());
         colour = colour.lerp(turf(&site, texture), site.above_trees());
-        let stones = ROCK.lerp(SCREE, smooth_step(0.2, -0.4, site.rib + 0.5 * texture));
-        colour = colour.lerp(stones * (1.0 + 0.16 * texture), site.bare());
+        let stones = ROCK.lerp(SCREE, smooth_step(0.35, -0.35, site.rib + 0.6 * texture));
+        colour = colour.lerp(stones * (1.0 + 0.26 * texture), site.bare());
         colour = colour.lerp(SNOW * (1.0 - 0.03 * texture.abs()), site.snow());
         // Less sky reaches hollows.
         colour *= 1.0 + 0.10 * site.rib;
         colour = self.with_water(colour, at.ground.to_water_m, &site, texture);
-        let grain = unit(hash((point_m.x / 10.0) as i32, (point_m.y / 10.0) as i32, self.seed)) - 0.5;
+        let grain =
+            unit(hash((point_m.x / 10.0) as i32, (point_m.y / 10.0) as i32, self.seed)) - 0.5;
         let grained = colour * (1.0 + 0.07 * grain) + 0.5;
         grained.clamp(Vec3::ZERO, Vec3::splat(255.0)).to_array().map(|part| part as u8)
     }
@@ -79,7 +82,7 @@ impl LandCover {
         let conifers = smooth_step(2_100.0, 2_900.0, site.belt_m);
         let trees = BROADLEAF.lerp(CONIFERS, conifers);
         let trees = trees * (1.0 + 0.16 * texture + 0.10 * site.patch - 0.10 * site.northness);
-        let open = smooth_step(0.30, 0.62, site.dryness + 0.22 * texture + 0.25 * site.patch);
+        let open = smooth_step(0.34, 0.74, site.dryness + 0.22 * texture + 0.25 * site.patch);
         let grass = SHRUBS.lerp(MEADOW, smooth_step(1_900.0, 3_000.0, site.belt_m));
         trees.lerp(grass * (1.0 + 0.10 * texture), open)
     }
@@ -103,11 +106,11 @@ impl LandCover {
         let turn = gradient_noise(point_m / 2_600.0, derived_seed(self.seed, 4));
         let bent_m = point_m + DVec2::new(f64::from(turn), -f64::from(turn)) * 240.0;
         let place = DVec2::new(bent_m.x / 92.0, bent_m.y / 58.0);
-        let (x, y, at) = super::noise::cell_of(place);
+        let (x, y, at) = cell_of(place);
         let (mut nearest, mut second, mut parcel) = (f32::MAX, f32::MAX, 0);
         for (dx, dy) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))) {
             let bits = hash(x + dx, y + dy, seed);
-            let centre = Vec2::new(dx as f32, dy as f32) + 0.2 + 0.6 * super::noise::unit_pair(bits);
+            let centre = Vec2::new(dx as f32, dy as f32) + 0.2 + 0.6 * unit_pair(bits);
             // Parcels have straight sides along and across.
             let distance = (at - centre).abs().element_sum();
             if distance < nearest {
@@ -120,9 +123,9 @@ impl LandCover {
     }
 
     fn with_water(&self, colour: Vec3, to_water_m: f32, site: &Site, texture: f32) -> Vec3 {
-        let bars = smooth_step(26.0, 6.0, to_water_m + 16.0 * texture) * (1.0 - site.snow());
-        let colour = colour.lerp(GRAVEL, 0.7 * bars * smooth_step(0.4, 0.9, site.floor));
-        colour.lerp(WATER, smooth_step(4.0, -4.0, to_water_m))
+        let bars = smooth_step(30.0, 4.0, to_water_m + 24.0 * texture - 20.0 * site.patch);
+        let colour = colour.lerp(GRAVEL, 0.6 * bars * smooth_step(0.5, 1.0, site.floor));
+        colour.lerp(WATER, smooth_step(5.0, -5.0, to_water_m))
     }
 }
 
@@ -166,15 +169,15 @@ impl Site {
 
     /// Rock and scree: where it is steep, and ever more with height.
     fn bare(&self) -> f32 {
-        let high = smooth_step(4_000.0, 4_900.0, self.belt_m + 250.0 * self.rib);
-        let steepness_needed = 1.05 - 0.75 * high;
-        let steep = smooth_step(steepness_needed - 0.12, steepness_needed + 0.16, self.slope);
+        let high = smooth_step(3_900.0, 4_800.0, self.belt_m + 300.0 * self.rib);
+        let steepness_needed = 1.2 - 0.85 * high;
+        let steep = smooth_step(steepness_needed - 0.15, steepness_needed + 0.2, self.slope);
         steep.max(smooth_step(0.75, 1.0, high))
     }
 
     fn snow(&self) -> f32 {
         let line_m = self.height_m + 230.0 * self.northness + 120.0 * self.patch - 150.0 * self.rib;
-        smooth_step(4_850.0, 5_250.0, line_m - 420.0 * (self.slope - 0.7).max(0.0))
+        smooth_step(4_750.0, 5_150.0, line_m - 420.0 * (self.slope - 0.7).max(0.0))
     }
 }
 

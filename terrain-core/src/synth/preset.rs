@@ -29,9 +29,9 @@ impl Preset {
     /// All presets, the largest first.
     pub const ALL: [Self; 4] = [
         Self { name: "sichuan", heights_side: 8000, first_cell: [800, 800] },
-        Self { name: "sichuan-half", heights_side: 4000, first_cell: [3200, 3600] },
-        Self { name: "sichuan-small", heights_side: 1000, first_cell: [4600, 4000] },
-        Self { name: "sichuan-tiny", heights_side: 250, first_cell: [4900, 4300] },
+        Self { name: "sichuan-half", heights_side: 4000, first_cell: [4000, 4000] },
+        Self { name: "sichuan-small", heights_side: 1000, first_cell: [4040, 6340] },
+        Self { name: "sichuan-tiny", heights_side: 250, first_cell: [4230, 6680] },
     ];
 
     /// The preset of a name.

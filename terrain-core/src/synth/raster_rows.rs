@@ -41,10 +41,8 @@ impl<'a> RasterRows<'a> {
         let missing = first_row + known as isize..(row + count + RIM) as isize;
         let places = missing.start * self.width() as isize..missing.end * self.width() as isize;
         let points = places.into_par_iter().map(|place| {
-            let (row, column) = (
-                place.div_euclid(self.width() as isize),
-                place.rem_euclid(self.width() as isize),
-            );
+            let (row, column) =
+                (place.div_euclid(self.width() as isize), place.rem_euclid(self.width() as isize));
             self.ground_at(row, column - RIM as isize)
         });
         let points: Vec<GroundPoint> = points.collect();
@@ -55,7 +53,9 @@ impl<'a> RasterRows<'a> {
     pub fn heights(&self, row: usize, count: usize) -> Vec<i16> {
         let side = self.preset.heights_side;
         let places = (row..row + count).flat_map(|row| (0..side).map(move |column| (row, column)));
-        places.map(|(row, column)| stored_height(self.known(row as isize, column as isize))).collect()
+        places
+            .map(|(row, column)| stored_height(self.known(row as isize, column as isize)))
+            .collect()
     }
 
     /// The colours of the current band's rows from `row` on, counted in rows of colours, RGB.
@@ -132,4 +132,77 @@ fn between_heights(index: usize) -> (isize, f32) {
 
 fn stored_height(ground: &GroundPoint) -> i16 {
     ground.height_m.round() as i16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::erosion::erode;
+    use super::*;
+
+    fn coarse_ground() -> Ground {
+        Ground::on(erode(1, 3, |_| true).unwrap(), 1)
+    }
+
+    fn preset(name: &str) -> Preset {
+        Preset::by_name(name).unwrap()
+    }
+
+    #[test]
+    fn rows_hold_what_points_are_by_themselves() {
+        let ground = coarse_ground();
+        let tiny = preset("sichuan-tiny");
+        let mut rows = RasterRows::new(&ground, tiny, 1);
+        for (row, count) in [(0, 7), (7, 64), (71, 1), (72, 178)] {
+            rows.advance(row, count);
+            let heights = rows.heights(row, count);
+            let colours = rows.colours(3 * row, 3 * count);
+            let side = tiny.heights_side;
+            for place in (0..side * count).step_by(101) {
+                let by_itself = rows.height_at(row + place / side, place % side);
+                assert_eq!(heights[place], by_itself);
+            }
+            let side = tiny.colours_side();
+            for place in (0..side * 3 * count).step_by(211) {
+                let by_itself = rows.colour_at(3 * row + place / side, place % side);
+                assert_eq!(colours[3 * place..3 * place + 3], by_itself);
+            }
+        }
+    }
+
+    #[test]
+    fn presets_are_parts_of_one_ground() {
+        let ground = coarse_ground();
+        let whole = RasterRows::new(&ground, preset("sichuan"), 1);
+        for name in ["sichuan-half", "sichuan-small", "sichuan-tiny"] {
+            let part = RasterRows::new(&ground, preset(name), 1);
+            let [[x, y], [whole_x, whole_y]] =
+                [preset(name).corner_m(), preset("sichuan").corner_m()];
+            let column = ((x - whole_x) / HEIGHT_CELL_M) as usize;
+            let row = ((whole_y - y) / HEIGHT_CELL_M) as usize;
+            for place in (0..250).step_by(17) {
+                let there = whole.height_at(row + place, column + 249 - place);
+                assert_eq!(part.height_at(place, 249 - place), there);
+                let there = whole.colour_at(3 * row + place, 3 * column + place);
+                assert_eq!(part.colour_at(place, place), there);
+            }
+        }
+    }
+
+    #[test]
+    fn presets_lie_within_the_ground() {
+        for preset in Preset::ALL {
+            let last = preset.heights_side as isize + RIM as isize;
+            for corner in [preset.height_centre_m(-2, -2), preset.height_centre_m(last, last)] {
+                let inside = 10_000.0..super::super::GROUND_SIZE_M - 10_000.0;
+                assert!(inside.contains(&corner.x) && inside.contains(&corner.y), "{corner}");
+            }
+        }
+    }
+
+    #[test]
+    fn three_colours_lie_on_every_height() {
+        let thirds = [(0, 0.0), (0, 1.0 / 3.0), (0, 2.0 / 3.0), (1, 0.0)];
+        assert_eq!([1, 2, 3, 4].map(between_heights), thirds);
+        assert_eq!(between_heights(0), (-1, 2.0 / 3.0));
+    }
 }

@@ -42,11 +42,11 @@ impl Uplift {
         let behind_edge_m = 14_000.0 * noise(1, 60_000.0, 4) - edge_m as f32;
         let mountains = smooth_step(-1_500.0, 9_000.0, behind_edge_m);
         let plateau = smooth_step(60_000.0, 170_000.0, behind_edge_m);
-        let highlands = mixed(580.0, 420.0, plateau) * (1.0 + 0.6 * noise(2, 45_000.0, 6));
+        let highlands = mixed(620.0, 440.0, plateau) * (1.0 + 0.7 * noise(2, 45_000.0, 6));
         let plain = 4.0 + 40.0 * noise(3, 22_000.0, 3).max(0.0);
         UpliftAt {
             steepness_m: mixed(plain, highlands.max(120.0), mountains),
-            critical_slope: mixed(0.8, 0.5, plateau) * (1.0 + 0.2 * noise(4, 6_000.0, 3)),
+            critical_slope: mixed(0.86, 0.55, plateau) * (1.0 + 0.25 * noise(4, 6_000.0, 3)),
         }
     }
 }
