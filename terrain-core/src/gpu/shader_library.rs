@@ -42,9 +42,11 @@ pub static DERIVE_COLOURS: Shader = shader!("derive_colours");
 pub static LOOKUP_PROBE: Shader = shader!("lookup_probe", "frame", "tile_lookup", "height_sample");
 /// Pictures of the renderer's own textures.
 pub static DEBUG_IMAGE: Shader = shader!("debug_image");
+/// Rays on a limit-triangulated surface.
+pub static LIMIT_SURFACE: Shader = shader!("limit_surface");
 
 /// Every shader of the library, for tests that look at all of them.
-pub static ALL: [&Shader; 9] = [
+pub static ALL: [&Shader; 10] = [
     &DISPLACE,
     &SORT_TRIANGLES,
     &TERRAIN,
@@ -54,6 +56,7 @@ pub static ALL: [&Shader; 9] = [
     &DERIVE_COLOURS,
     &LOOKUP_PROBE,
     &DEBUG_IMAGE,
+    &LIMIT_SURFACE,
 ];
 
 impl Shader {
