@@ -18,7 +18,7 @@ mod row_pyramid;
 mod run;
 pub mod source;
 mod summary;
-mod texel;
+pub(crate) mod texel;
 mod void_fill;
 
 use std::path::Path;
