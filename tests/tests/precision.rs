@@ -26,7 +26,7 @@ fn the_shipped_encoding_keeps_the_contract_anywhere_on_earth() {
         println!("{:?}", verdict(&errors, encoding));
     }
     let shipped = verdict(&errors, Encoding::Shipped);
-    assert_eq!(shipped.holds, [true; 3], "{shipped:?}");
+    assert!(shipped.is_kept(), "{shipped:?}");
 }
 
 /// The contract is one that can be broken: the naive encodings break it, each where theory says.

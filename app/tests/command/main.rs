@@ -6,5 +6,7 @@
 mod compare;
 mod drawing;
 mod harness;
+#[cfg(unix)]
+mod preparing;
 mod usage;
 mod window;

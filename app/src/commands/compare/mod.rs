@@ -54,7 +54,13 @@ pub struct CompareArgs {
     flight: Option<PathBuf>,
 
     /// How tiles are selected, a run each, with commas between them [default: that of --strategy]
-    #[arg(long, value_name = "S,S,..", value_parser = strategies(), value_delimiter = ',', conflicts_with = "strategy")]
+    #[arg(
+        long,
+        value_name = "STRATEGY,..",
+        value_delimiter = ',',
+        value_parser = strategies(),
+        conflicts_with = "strategy"
+    )]
     strategies: Vec<Strategy>,
 
     /// Fly once for each value of a knob

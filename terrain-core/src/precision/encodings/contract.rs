@@ -43,8 +43,11 @@ pub struct Verdict {
     pub far_pixels: Worst,
     /// Texels of the level in use.
     pub texels: Worst,
-    /// Whether each of the three is within its bound, in this order.
-    pub holds: [bool; 3],
+    /// Metres that ground up to [`Contract::near_m`] from the eye is too high or too low because its
+    /// heights' texels are shifted; held to [`Contract::near_tolerance_m`] too.
+    pub ground_m: Worst,
+    /// Whether each of the four is within its bound, in this order.
+    pub holds: [bool; 4],
 }
 
 /// One verdict an encoding, in the order of [`Encoding::ALL`].
@@ -77,12 +80,27 @@ fn verdict(encoding: Encoding, errors: &EncodingErrors, contract: &Contract) -> 
             format!("level {level}, coordinates {magnitude_m:e} m, field of view {fov_deg}")
         });
     }
+    let mut ground_m = Worst::default();
+    for row in errors.grounds.iter().filter(|row| row.encoding == encoding) {
+        ground_m.keep(row.height_m, || {
+            let (level, magnitude_m) = (row.cell.level, row.cell.magnitude_m);
+            format!("level {level}, coordinates {magnitude_m:e} m")
+        });
+    }
     let holds = [
         near_m.value < contract.near_tolerance_m,
         far_pixels.value < contract.pixel_part,
         texels.value < contract.texel_part,
+        ground_m.value < contract.near_tolerance_m,
     ];
-    Verdict { encoding, near_m, far_pixels, texels, holds }
+    Verdict { encoding, near_m, far_pixels, texels, ground_m, holds }
+}
+
+impl Verdict {
+    /// Whether the whole contract is kept.
+    pub fn is_kept(&self) -> bool {
+        self.holds.iter().all(|holds| *holds)
+    }
 }
 
 impl Worst {

@@ -37,14 +37,27 @@ pub fn report_page(study: &Study, machine: &str) -> Result<String, PlotError> {
         page.table(&["operation", "tried", "not as IEEE 754 has it"], &float_table(floats));
     }
     if !summary.natives.is_empty() {
-        let header =
-            ["bits of the format", "half a pixel", "bits found", "beyond 1/16 texel", "overflows"];
+        let header = [
+            "bits of the format",
+            "half a pixel",
+            "bits found",
+            "beyond 1/16 texel",
+            "exact",
+            "overflows from",
+        ];
         page.table(&header, &native_table(&summary));
-        page.paragraph("The last two columns are ranges: ground distance over height.");
+        page.paragraph("The last three columns are ranges: ground distance over height.");
     }
     figures(&mut page, &["native"])?;
     page.heading("Encodings of places");
-    let header = ["encoding", "within 1 km", "beyond", "texture coordinate", "contract"];
+    let header = [
+        "encoding",
+        "position within 1 km",
+        "position beyond",
+        "texture coordinate",
+        "height within 1 km",
+        "contract",
+    ];
     page.paragraph("On the CPU, in the same f32 operations as the shaders:");
     page.table(&header, &verdict_table(&study.encodings.cpu_verdicts));
     if let Some(verdicts) = &study.encodings.gpu_verdicts {
@@ -58,7 +71,7 @@ pub fn report_page(study: &Study, machine: &str) -> Result<String, PlotError> {
     }
     page.paragraph("Where each was worst:");
     let verdicts = study.encodings.gpu_verdicts.as_ref().unwrap_or(&study.encodings.cpu_verdicts);
-    page.table(&["encoding", "within 1 km", "beyond", "texture coordinate"], &places(verdicts));
+    page.table(&header[..5], &places(verdicts));
     figures(&mut page, &["encodings"])?;
     page.heading("Depth");
     let header = ["depth", "distance, m", "step, m", "gap on the CPU, m", "gap drawn, m"];
@@ -91,7 +104,7 @@ fn span_table(summary: &Summary) -> Vec<[String; 6]> {
     summary.spans.iter().map(row).collect()
 }
 
-fn native_table(summary: &Summary) -> Vec<[String; 5]> {
+fn native_table(summary: &Summary) -> Vec<[String; 6]> {
     let row = |native: &NativeSummary| {
         let [least, most] = native.effective_bits;
         let fails = native.fails_within;
@@ -100,6 +113,7 @@ fn native_table(summary: &Summary) -> Vec<[String; 5]> {
             format!("2^{:.0}", native.half_pixel_rad.log2()),
             format!("{least:.1} to {most:.1}"),
             fails.map_or("nowhere".to_owned(), |[from, to]| format!("{from:.3} to {to:.1}")),
+            native.exact_to.map_or("nowhere".to_owned(), |range| format!("to {range:.3}")),
             native.overflows_from.map_or("never".to_owned(), |range| format!("{range:.0}")),
         ]
     };
@@ -144,13 +158,14 @@ fn twin_table(study: &Study) -> Vec<[String; 4]> {
     study.encodings.twins.iter().map(row).collect()
 }
 
-fn places(verdicts: &[Verdict]) -> Vec<[String; 4]> {
+fn places(verdicts: &[Verdict]) -> Vec<[String; 5]> {
     let row = |verdict: &Verdict| {
         [
             verdict.encoding.name().to_owned(),
             verdict.near_m.at.clone(),
             verdict.far_pixels.at.clone(),
             verdict.texels.at.clone(),
+            verdict.ground_m.at.clone(),
         ]
     };
     verdicts.iter().map(row).collect()
