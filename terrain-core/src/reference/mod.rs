@@ -24,6 +24,7 @@ mod grid_walk;
 mod height_grid;
 mod imagery;
 mod lazy_tiles;
+pub mod limit_surface;
 mod partial_patch;
 mod patch;
 mod picture;
