@@ -20,7 +20,7 @@ use crate::gpu::{
 };
 use crate::layer_loading::colour_format;
 use crate::measure::{ByteCause, FrameLedger, FrameRecord};
-use crate::renderer_settings::{LookupMethod, RendererSettings};
+use crate::renderer_settings::{DebugView, LookupMethod, RendererSettings};
 use crate::resident_terrain::{Arrivals, OpenTerrainError, ResidentTerrain};
 use crate::selection::{
     Selection, SelectionConfig, TileTree, VisibleRegion, select, visible_region,
@@ -506,6 +506,7 @@ impl TerrainRenderer {
             has_colours: self.terrain.has_colours(),
             has_voids: self.source.manifest().heights.has_voids,
             anisotropy: scene.settings.anisotropy,
+            sorts_triangles: scene.settings.debug_view == DebugView::Off,
             debug_view: scene.settings.debug_view,
         };
         let target = PictureTarget {
