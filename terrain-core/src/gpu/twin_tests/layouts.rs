@@ -131,7 +131,10 @@ fn what_the_precision_probes_send_and_receive_has_the_same_layout() {
     let outcome = offsets!(Outcome: moved, level, texture);
     assert_eq!(wgsl_layout(&PRECISION_SPAN, "Outcome"), (outcome, size_of::<Outcome>() as u32));
     let operands = offsets!(Operands: a, b, c);
-    assert_eq!(wgsl_layout(&PRECISION_FLOATS, "Operands"), (operands, size_of::<Operands>() as u32));
+    assert_eq!(
+        wgsl_layout(&PRECISION_FLOATS, "Operands"),
+        (operands, size_of::<Operands>() as u32)
+    );
     let results = offsets!(Results: plain, fused, quotient, sum_error, product_error);
     assert_eq!(wgsl_layout(&PRECISION_FLOATS, "Results"), (results, size_of::<Results>() as u32));
 }
