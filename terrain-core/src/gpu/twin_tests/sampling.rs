@@ -10,14 +10,16 @@ use crate::CameraView;
 use crate::dataset::{ColourFormat, HeightRange, HeightRanges};
 use crate::frame_setup::frame_uniforms;
 use crate::gpu::shader_library::LOOKUP_PROBE;
-use crate::gpu::{FrameBindings, GpuContext, TerrainCache, read_texture};
+use crate::gpu::{FrameBindings, GpuContext, TerrainCache};
 use crate::renderer_settings::RendererSettings;
 use crate::residency::{OffsetTable, Placement};
 use crate::selection::{LayerTree, TileTree};
 use crate::tiling::{Extent, FixedPosition, LayerLayout, TileId, TileSet, TilingScheme};
 
-const LAYOUT: LayerLayout = LayerLayout { tile_size_texels: 32, gutter_texels: 4, level_count: 9 };
-const COLUMNS: u32 = 8;
+pub const LAYOUT: LayerLayout =
+    LayerLayout { tile_size_texels: 32, gutter_texels: 4, level_count: 9 };
+/// Slots of the cache along either side.
+pub const COLUMNS: u32 = 8;
 
 /// A cache holding tiles of the random field: the root, and paths to random places.
 pub struct Scene {
@@ -285,7 +287,7 @@ fn a_cell_shows_one_tile_and_is_a_square_of_the_quadtree() {
 }
 
 /// Height of the field's tile at a mip, box-filtered in f64, at a whole texel of that mip.
-fn mip_texel_m(level: u8, mip: u32, row: i64, column: i64) -> f64 {
+pub fn mip_texel_m(level: u8, mip: u32, row: i64, column: i64) -> f64 {
     let width = 1i64 << mip;
     let mut sum = 0.0;
     for (down, right) in (0..width).flat_map(|down| (0..width).map(move |right| (down, right))) {
@@ -361,71 +363,6 @@ fn ground_close_to_the_eye_is_within_a_millimetre_however_large_its_tile() {
     }
     println!("worst errors of heights by level, metres: {worst_m:.6?}");
     assert!(worst_m.iter().all(|error_m| *error_m < 1.0e-3), "{worst_m:?}");
-}
-
-#[test]
-fn neighbours_of_a_level_agree_bit_for_bit_along_their_border_at_every_mip() {
-    let Some(gpu) = gpu() else { return };
-    let mut scene = Scene::new(dvec2(0.0, 0.0));
-    let block = (0..8).flat_map(|row| (0..8).map(move |column| TileId::new(5, row, column)));
-    scene.residents = block.zip(0..).collect();
-    let cache = scene.cache(&gpu);
-    let slot_of: HashMap<_, _> = scene.residents.iter().copied().collect();
-    for mip in 0..3u32 {
-        let size = (COLUMNS * LAYOUT.stored_size_texels()) >> mip;
-        let heights = read_mip(&gpu, &cache.heights.heights, mip, size, 4);
-        let slopes = read_mip(&gpu, &cache.heights.slopes, mip, size, 8);
-        for (&tile, &slot) in &slot_of {
-            let Some(&east) = slot_of.get(&TileId { column: tile.column + 1, ..tile }) else {
-                continue;
-            };
-            let compare = |bytes: &[u8], texel_bytes: u32, overlap: std::ops::Range<i64>| {
-                for (row, column) in
-                    (0..32 >> mip).flat_map(|r| overlap.clone().map(move |c| (r, c)))
-                {
-                    let at = |slot: u32, column: i64| {
-                        let [x, y] = cache.heights.grid.slot_origin_texels(slot);
-                        let x = i64::from((x + 4) >> mip) + column;
-                        let y = i64::from((y + 4) >> mip) + row;
-                        let start = ((y * i64::from(size) + x) * i64::from(texel_bytes)) as usize;
-                        &bytes[start..start + texel_bytes as usize]
-                    };
-                    let width = 32i64 >> mip;
-                    assert_eq!(at(slot, width + column), at(east, column), "{tile} mip {mip}");
-                }
-            };
-            // Bilinear sampling at the border reads the texels right beside it on either side.
-            compare(&heights, 4, -1..1);
-            if mip < 2 {
-                compare(&slopes, 8, -1..1);
-            }
-        }
-    }
-}
-
-fn read_mip(
-    gpu: &GpuContext,
-    texture: &wgpu::Texture,
-    mip: u32,
-    size: u32,
-    texel_bytes: u32,
-) -> Vec<u8> {
-    let extent = wgpu::Extent3d { width: size, height: size, depth_or_array_layers: 1 };
-    let copy = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: extent,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: texture.format(),
-        usage: wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    });
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let source = wgpu::TexelCopyTextureInfo { mip_level: mip, ..texture.as_image_copy() };
-    encoder.copy_texture_to_texture(source, copy.as_image_copy(), extent);
-    gpu.queue.submit([encoder.finish()]);
-    read_texture(gpu, &copy, [size, size], texel_bytes).unwrap()
 }
 
 #[test]
