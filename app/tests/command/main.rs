@@ -5,6 +5,7 @@
 
 mod drawing;
 mod harness;
+mod precision;
 #[cfg(unix)]
 mod preparing;
 mod usage;
