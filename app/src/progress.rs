@@ -19,8 +19,14 @@ pub struct FrameProgress {
 impl FrameProgress {
     /// A bar for this many frames; hidden until the work has taken a second.
     pub fn new(frames: u64) -> Self {
-        let bar = ProgressBar::with_draw_target(Some(frames), ProgressDrawTarget::hidden());
-        if let Ok(style) = ProgressStyle::with_template("{pos} of {len} frames {wide_bar} {eta}") {
+        Self::over(frames, "frames")
+    }
+
+    /// A bar for this many of something else.
+    pub fn over(count: u64, unit: &str) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(count), ProgressDrawTarget::hidden());
+        let template = format!("{{pos}} of {{len}} {unit} {{wide_bar}} {{eta}}");
+        if let Ok(style) = ProgressStyle::with_template(&template) {
             bar.set_style(style);
         }
         Self { bar, started: Instant::now() }

@@ -69,6 +69,7 @@ pub mod geodesy;
 pub mod gpu;
 mod layer_loading;
 pub mod measure;
+pub mod precision;
 pub mod prepare;
 pub mod reference;
 pub mod renderer_settings;
@@ -76,6 +77,7 @@ pub mod residency;
 mod resident_terrain;
 pub mod selection;
 pub mod surface;
+pub mod synth;
 mod terrain_renderer;
 pub mod tiling;
 

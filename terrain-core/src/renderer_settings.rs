@@ -84,6 +84,9 @@ pub struct RendererSettings {
     pub upload_budget_bytes: u64,
     /// Width and height of the coordinate pass in pixels.
     pub coordinate_size_px: [u32; 2],
+    /// Frames that a coordinate image is held back before tiles are selected by it, for measuring what
+    /// a late readback costs.
+    pub readback_latency_frames: u32,
     /// Most taps of the anisotropic filter on imagery; 1 is isotropic, 0 leaves it to the adapter.
     pub anisotropy: u32,
     /// How edges are smoothed. A target whose format cannot be multisampled is drawn without.
@@ -112,6 +115,7 @@ impl Default for RendererSettings {
             vertical_exaggeration: 1.0,
             upload_budget_bytes: 1 << 20,
             coordinate_size_px: [160, 90],
+            readback_latency_frames: 0,
             anisotropy: Self::BY_ADAPTER_TAPS,
             anti_aliasing: AntiAliasing::ByAdapter,
             shading_strength: 0.7,

@@ -5,5 +5,7 @@
 
 mod drawing;
 mod harness;
+#[cfg(unix)]
+mod preparing;
 mod usage;
 mod window;

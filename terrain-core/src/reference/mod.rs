@@ -24,6 +24,7 @@ mod grid_walk;
 mod height_grid;
 mod imagery;
 mod lazy_tiles;
+pub mod limit_surface;
 mod partial_patch;
 mod patch;
 mod picture;
@@ -33,6 +34,8 @@ mod render;
 mod scene;
 mod shading;
 mod silhouette;
+#[cfg(test)]
+mod tests;
 mod tile_walk;
 
 pub use picture::ReferencePicture;

@@ -4,14 +4,13 @@ use glam::Vec3;
 
 use crate::prepare::texel::srgb_from_linear;
 
-/// The fewest rays of a pixel.
-const FEWEST_RAYS: u32 = 4;
-
 /// When a pixel has had enough rays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerance {
     /// The estimated error in 8-bit steps of the encoded colour that is good enough.
     pub steps: f64,
+    /// Fewest rays of a pixel: a power of two, at least 4.
+    pub fewest_rays: u32,
     /// Most rays of a pixel.
     pub most_rays: u32,
 }
@@ -22,14 +21,14 @@ pub(super) struct Tolerance {
 /// The places are the first 2^k points of Sobol's sequence (I. M. Sobol', "On the distribution of
 /// points in a cube and the approximate evaluation of integrals", 1967) moved by half their least
 /// distance, so that every cut of the square into 2^k equal boxes has one in each and their mean is
-/// the centre. Rays are doubled from 4 until two estimates of the error are both below the
+/// the centre. Rays are doubled until two estimates of the error are both below the
 /// tolerance: the difference from the mean of half as many, and the spread of the colours divided by
 /// the 3/4th power of their number, as the error of such points falls where an edge runs through.
 pub(super) fn mean_colour(
     tolerance: Tolerance,
     mut colour: impl FnMut([f64; 2], f64) -> Vec3,
 ) -> Vec3 {
-    let mut rays = FEWEST_RAYS;
+    let mut rays = tolerance.fewest_rays;
     let mut last: Option<Vec3> = None;
     loop {
         let side = 1.0 / f64::from(rays).sqrt();
@@ -116,14 +115,15 @@ mod tests {
 
     #[test]
     fn one_colour_takes_the_fewest_rays_and_an_edge_gets_its_share() {
-        let tolerance = Tolerance { steps: 0.5, most_rays: 4096 };
+        let tolerance = Tolerance { steps: 0.5, fewest_rays: 4, most_rays: 4096 };
         let mut rays = 0;
         let grey = mean_colour(tolerance, |_, _| {
             rays += 1;
             Vec3::splat(0.25)
         });
         assert_eq!((grey, rays), (Vec3::splat(0.25), 4));
-        // An edge at a slant: the share to its left is known.
+        // An edge at a slant: the share to its left is known. Few rays might all miss a small one.
+        let tolerance = Tolerance { fewest_rays: 32, ..tolerance };
         for (offset, share) in [(0.37, 0.37), (0.05, 0.05), (0.9, 0.9)] {
             let found = mean_colour(tolerance, |[x, y], _| {
                 Vec3::splat(if x + 0.1 * (y - 0.5) < offset { 1.0 } else { 0.0 })

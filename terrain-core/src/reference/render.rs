@@ -25,7 +25,7 @@ pub struct ReferenceSettings {
     /// The estimated error of a pixel's colour, in 8-bit steps of its sRGB codes, at which no more
     /// rays are taken.
     pub colour_tolerance: f64,
-    /// Most rays of a pixel, whatever its error; at least 4, a power of two.
+    /// Most rays of a pixel, whatever its error: at least 4, taken down to a power of two.
     pub most_rays: u32,
     /// Filter imagery from its finest level alone, tap by tap. Without, a ray whose footprint is
     /// wider than a texel takes it from the coarser level whose texels are no wider: the same means,
@@ -66,7 +66,8 @@ impl ReferenceSettings {
         .checked();
         self.vertical_exaggeration = renderer.vertical_exaggeration;
         self.shading_strength = renderer.shading_strength;
-        self.most_rays = self.most_rays.clamp(4, 1 << 20);
+        self.most_rays = self.most_rays.clamp(FEWEST_RAYS, 1 << 20);
+        self.most_rays = 1 << self.most_rays.ilog2();
         self
     }
 }
@@ -95,7 +96,7 @@ pub fn render_reference(
     };
     let work = Work { progress, cancelled, done: AtomicU64::new(0) };
     let silhouette = shot.silhouette(view, &work)?;
-    let pixels = shot.pixels(view, &work)?;
+    let pixels = shot.pixels(view, &silhouette, &work)?;
     scene.check()?;
     Ok(ReferencePicture {
         size_px: view.viewport_px,
@@ -105,6 +106,11 @@ pub fn render_reference(
         silhouette,
     })
 }
+
+/// Fewest rays of a pixel, and of one through which an edge runs: few rays might all miss what lies
+/// behind it.
+const FEWEST_RAYS: u32 = 4;
+const FEWEST_RAYS_AT_EDGES: u32 = 32;
 
 /// More pixels than any picture of use; their number must not overflow.
 const MOST_PIXELS_A_SIDE: u32 = 1 << 15;
@@ -163,22 +169,34 @@ struct Pixel {
 }
 
 impl Shot<'_> {
-    fn pixels(&self, view: &CameraView, work: &Work<'_>) -> Result<Vec<Pixel>, ReferenceError> {
+    fn pixels(
+        &self,
+        view: &CameraView,
+        silhouette: &[bool],
+        work: &Work<'_>,
+    ) -> Result<Vec<Pixel>, ReferenceError> {
         let [width, height] = view.viewport_px;
         work.done.store(0, Ordering::Relaxed);
         let rows = (0..height).into_par_iter().map(|row| {
             work.go_on()?;
-            let pixels = (0..width).map(|column| self.pixel(column, row)).collect::<Vec<_>>();
+            let edges = &silhouette[(row * width) as usize..];
+            let pixels =
+                (0..width).zip(edges).map(|(column, &edge)| self.pixel([column, row], edge));
+            let pixels = pixels.collect::<Vec<_>>();
             work.row_done("reference", u64::from(height));
             Ok(pixels)
         });
         Ok(rows.collect::<Result<Vec<_>, ReferenceError>>()?.into_iter().flatten().collect())
     }
 
-    fn pixel(&self, column: u32, row: u32) -> Pixel {
+    fn pixel(&self, [column, row]: [u32; 2], is_edge: bool) -> Pixel {
         let corner = DVec2::new(f64::from(column), f64::from(row));
-        let tolerance =
-            Tolerance { steps: self.settings.colour_tolerance, most_rays: self.settings.most_rays };
+        let fewest_rays = if is_edge { FEWEST_RAYS_AT_EDGES } else { FEWEST_RAYS };
+        let tolerance = Tolerance {
+            steps: self.settings.colour_tolerance,
+            fewest_rays: fewest_rays.min(self.settings.most_rays),
+            most_rays: self.settings.most_rays,
+        };
         let light = mean_colour(tolerance, |place, side_px| {
             let position = corner + DVec2::from_array(place);
             self.colour(position, side_px)

@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a step that fails fails the test")]
 
+mod derived_mips;
 mod layouts;
 mod mesh;
 mod random_field;
