@@ -6,17 +6,22 @@ override HAS_COLOURS: bool = true;
 // Whether there is ground without data, to be left out.
 override HAS_VOIDS: bool = true;
 override DEBUG_VIEW: u32 = 0u;
+override MULTISAMPLED: bool = false;
 
 const DEBUG_OFF: u32 = 0u;
 const DEBUG_LEVELS: u32 = 2u;
 const DEBUG_SLOPES: u32 = 3u;
 
+// Where a pixel is multisampled, a triangle that covers only a part of it may miss its centre, and its
+// plane may be anywhere there: hence centroids, which lie on the triangle. In a pixel that is covered
+// as a whole they are its centre.
+
 // A triangle that lies in one tile of each layer as a whole: the tiles come with its first vertex,
 // and its fragments look nothing up.
 struct WithinVertex {
     @builtin(position) clip: vec4<f32>,
-    @location(0) relative_m: vec3<f32>,
-    // Part of the ground's light that comes through the air.
+    @location(0) @interpolate(perspective, centroid) relative_m: vec3<f32>,
+    // Part of the ground's light that comes through the air; see clear_at.
     @location(1) clear: f32,
     @location(2) @interpolate(flat) height_ground: vec3<f32>,
     @location(3) @interpolate(flat) colour_ground: vec3<f32>,
@@ -39,7 +44,7 @@ fn vertex_within(
 // A triangle across the border of tiles: each fragment looks its own tiles up.
 struct AcrossVertex {
     @builtin(position) clip: vec4<f32>,
-    @location(0) relative_m: vec3<f32>,
+    @location(0) @interpolate(perspective, centroid) relative_m: vec3<f32>,
     @location(1) clear: f32,
 }
 
@@ -47,6 +52,17 @@ struct AcrossVertex {
 fn vertex_across(@location(0) relative_m: vec3<f32>) -> AcrossVertex {
     let clip = frame.clip_from_relative * vec4<f32>(relative_m, 1.0);
     return AcrossVertex(clip, relative_m, transmittance(relative_m));
+}
+
+// Part of the ground's light that comes through the air to this fragment. Interpolated between the
+// vertices, except where a fragment may lie beside its triangle: an interpolated part could then be
+// more than all, and centroids are not to be had either, because llvmpipe (Mesa 22.3) divides what it
+// interpolates there by the depth at the pixel's centre.
+fn clear_at(relative_m: vec3<f32>, interpolated: f32) -> f32 {
+    if MULTISAMPLED {
+        return transmittance(relative_m);
+    }
+    return interpolated;
 }
 
 // Where there is no imagery: tints by height, as on a relief map.
@@ -151,7 +167,7 @@ fn fragment_within(in: WithinVertex) -> @location(0) vec4<f32> {
         let imagery = imagery_within(colour_tile, pixel);
         bare = mix(bare, imagery.rgb, imagery.a);
     }
-    return ground_colour(bare, surface.xy, in.clear);
+    return ground_colour(bare, surface.xy, clear_at(in.relative_m, in.clear));
 }
 
 @fragment
@@ -180,8 +196,9 @@ fn fragment_across(in: AcrossVertex) -> @location(0) vec4<f32> {
         let imagery = imagery_under(shown.place, pixel);
         bare = mix(bare, imagery.rgb, imagery.a);
     }
+    let clear = clear_at(in.relative_m, in.clear);
     if DEBUG_VIEW == DEBUG_OFF {
-        return ground_colour(bare, surface.xy, in.clear);
+        return ground_colour(bare, surface.xy, clear);
     }
-    return debug_colour(bare, light(surface.xy), shown, pixel, size, in.clear);
+    return debug_colour(bare, light(surface.xy), shown, pixel, size, clear);
 }

@@ -6,6 +6,7 @@ use terrain_core::gpu::AdapterChoice;
 use crate::commands::doctor::DoctorArgs;
 use crate::commands::fly::FlyArgs;
 use crate::commands::info::InfoArgs;
+use crate::commands::precision::PrecisionArgs;
 use crate::commands::prepare::PrepareArgs;
 use crate::commands::render::RenderArgs;
 use crate::commands::synth::SynthArgs;
@@ -42,6 +43,8 @@ pub enum Command {
     Fly(FlyArgs),
     /// Draw one picture of a dataset.
     Render(RenderArgs),
+    /// Study how exact places, texture coordinates and depth are.
+    Precision(PrecisionArgs),
     /// Say which graphics adapters there are, what they can do and what would be left out.
     Doctor(DoctorArgs),
 }

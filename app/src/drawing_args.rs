@@ -2,14 +2,17 @@
 
 use std::str::FromStr;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use terrain_core::RendererSettings;
+use terrain_core::selection::Strategy;
+use terrain_core::{AntiAliasing, RendererSettings};
 
 /// How to draw.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct DrawingArgs {
-    /// How tiles are selected
-    #[arg(long, value_enum, default_value_t = Strategy::RttQuadtree)]
+    /// How tiles are selected: rtt-quadtree by the region the GPU sees, subdivided, regularised and
+    /// merged; cpu-frustum by the view frustum and screen-space error
+    #[arg(long, value_name = "STRATEGY", default_value_t, value_parser = strategies())]
     strategy: Strategy,
 
     /// Factor on all heights
@@ -32,16 +35,24 @@ pub struct DrawingArgs {
     #[arg(long, value_name = "PIXELS")]
     triangle_px: Option<f64>,
 
+    /// Smooth edges by drawing four samples a pixel, or not [default: by the adapter; pictures of
+    /// terrain render are smoothed]
+    #[arg(long, value_enum, value_name = "HOW")]
+    anti_aliasing: Option<Smoothing>,
+
     /// Most KiB of tiles to upload in a frame
     #[arg(long, value_name = "KIB")]
     upload_kib: Option<u64>,
 }
 
-/// How the tiles to draw with are selected.
+/// How edges are smoothed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Strategy {
-    /// Tile scheduling: the region the coordinate pass sees, subdivided, regularised and merged.
-    RttQuadtree,
+enum Smoothing {
+    /// Not at all.
+    Off,
+    /// Four samples a pixel.
+    #[value(name = "4x")]
+    FourSamples,
 }
 
 /// A width and a height, or columns and rows: `1280x720`. Both at least 1.
@@ -51,17 +62,22 @@ pub struct Size(pub [u32; 2]);
 impl DrawingArgs {
     /// The renderer's settings; `exaggeration` where the user gives none.
     pub fn settings(&self, exaggeration: f64) -> RendererSettings {
-        let Strategy::RttQuadtree = self.strategy;
         let defaults = RendererSettings::default();
         let [cache_columns, cache_rows] = self.cache.0;
         let slots = (u64::from(cache_columns) * u64::from(cache_rows)) as usize;
         RendererSettings {
+            strategy: self.strategy,
             cache_columns,
             cache_rows,
             max_tiles: self.max_tiles.unwrap_or(slots),
             texel_px: self.texel_px,
             triangle_px: self.triangle_px.unwrap_or(defaults.triangle_px),
             vertical_exaggeration: self.exaggeration.unwrap_or(exaggeration),
+            anti_aliasing: match self.anti_aliasing {
+                None => defaults.anti_aliasing,
+                Some(Smoothing::Off) => AntiAliasing::Off,
+                Some(Smoothing::FourSamples) => AntiAliasing::FourSamples,
+            },
             upload_budget_bytes: self
                 .upload_kib
                 .map_or(defaults.upload_budget_bytes, |kib| kib.saturating_mul(1024)),
@@ -69,6 +85,12 @@ impl DrawingArgs {
         }
         .checked()
     }
+}
+
+/// A strategy by its name; all names are in the help.
+fn strategies() -> impl TypedValueParser<Value = Strategy> {
+    PossibleValuesParser::new(Strategy::ALL.map(Strategy::name))
+        .try_map(|name| name.parse::<Strategy>())
 }
 
 /// Slots of a cache: what a texture and the numbers of a table's entries have room for.
@@ -133,6 +155,11 @@ mod tests {
         assert_eq!(settings(&["--cache", "8x8", "--max-tiles", "20"]).max_tiles, 20);
         assert_eq!(settings(&[]).vertical_exaggeration, 2.0);
         assert_eq!(settings(&["--exaggeration", "3"]).vertical_exaggeration, 3.0);
+        assert_eq!(settings(&[]).strategy, Strategy::RttQuadtree);
+        assert_eq!(settings(&["--strategy", "cpu-frustum"]).strategy, Strategy::CpuFrustum);
+        assert_eq!(settings(&[]).anti_aliasing, AntiAliasing::ByAdapter);
+        assert_eq!(settings(&["--anti-aliasing", "4x"]).anti_aliasing, AntiAliasing::FourSamples);
+        assert_eq!(settings(&["--anti-aliasing", "off"]).anti_aliasing, AntiAliasing::Off);
         assert_eq!(settings(&["--upload-kib", "64"]).upload_budget_bytes, 65_536);
     }
 }

@@ -28,12 +28,14 @@ const FIXED_BITS: u32 = 30u;
 const FIXED_UNITS: i32 = 1073741824; // 2^30 a root side
 
 // Fixed-point position (x east, y south) of a point given in metres east and north of the eye.
-// Points outside the root are taken to its border.
+// Points outside the root are taken to its border. Rounded down: a unit of a planet's root is several
+// texels of its finest level, and rounding to nearest would look for a point up to half a unit short of
+// a border in the tile beyond it.
 fn fixed_from_offset(offset_m: vec2<f32>) -> vec2<i32> {
     let from_anchor_m = offset_m - frame.anchor_from_eye_m;
     let units = vec2<f32>(from_anchor_m.x, -from_anchor_m.y) * frame.units_per_m;
     let reach = vec2<f32>(f32(FIXED_UNITS));
-    let offset_units = vec2<i32>(round(clamp(units, -reach, reach)));
+    let offset_units = vec2<i32>(floor(clamp(units, -reach, reach)));
     return clamp(frame.anchor_fixed + offset_units, vec2<i32>(0), vec2<i32>(FIXED_UNITS - 1));
 }
 

@@ -16,7 +16,7 @@ use terrain_core::dataset::Dataset;
 use terrain_core::gpu::{AdapterChoice, GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
 use terrain_core::measure::Flight;
 use terrain_core::prepare::{NoProgress, PrepareRequest, prepare};
-use terrain_core::{RendererSettings, TerrainRenderer};
+use terrain_core::{AntiAliasing, RendererSettings, TerrainRenderer};
 
 const SIZE_PX: [u32; 2] = [1280, 720];
 const FRAMES: u64 = 240;
@@ -36,8 +36,12 @@ fn main() {
     let by_adapter = RendererSettings::default();
     let fine = RendererSettings { triangle_px: 8.0, anisotropy: 8, ..by_adapter };
     let mut cases = Vec::new();
-    for (settings_name, settings) in [("by adapter", by_adapter), ("8 px triangles, 8 taps", fine)]
-    {
+    let smooth = RendererSettings { anti_aliasing: AntiAliasing::FourSamples, ..by_adapter };
+    for (settings_name, settings) in [
+        ("by adapter", by_adapter),
+        ("by adapter, 4 samples", smooth),
+        ("8 px triangles, 8 taps", fine),
+    ] {
         let settings = RendererSettings { vertical_exaggeration: EXAGGERATION, ..settings };
         let renderer = TerrainRenderer::new(Arc::clone(&gpu), dataset.clone(), settings).unwrap();
         let mut bench = Bench { gpu: &gpu, renderer, flight: &flight };

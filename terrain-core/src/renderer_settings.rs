@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::selection::Strategy;
+
 /// What the picture shows instead of, or on top of, the terrain as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DebugView {
@@ -28,6 +30,28 @@ impl DebugView {
     }
 }
 
+/// How the edges of the ground against the sky, and against ground behind it, are smoothed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum AntiAliasing {
+    /// Left to the adapter.
+    #[default]
+    ByAdapter,
+    /// Not at all: each pixel is all of one surface.
+    Off,
+    /// Four samples of coverage and depth a pixel, one of colour: multisampling.
+    FourSamples,
+}
+
+impl AntiAliasing {
+    /// Samples a pixel.
+    pub(crate) fn samples(self) -> u32 {
+        match self {
+            Self::ByAdapter | Self::Off => 1,
+            Self::FourSamples => 4,
+        }
+    }
+}
+
 /// How shaders find the finest cached tile of a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LookupMethod {
@@ -41,6 +65,8 @@ pub enum LookupMethod {
 /// What a user can set about drawing. All fields are public; [`Self::checked`] brings them in range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RendererSettings {
+    /// How tiles are chosen. What is cached stays when it changes.
+    pub strategy: Strategy,
     /// Slots of the caches from west to east: the paper's m.
     pub cache_columns: u32,
     /// Slots of the caches from north to south: the paper's n.
@@ -58,8 +84,13 @@ pub struct RendererSettings {
     pub upload_budget_bytes: u64,
     /// Width and height of the coordinate pass in pixels.
     pub coordinate_size_px: [u32; 2],
+    /// Frames that a coordinate image is held back before tiles are selected by it, for measuring what
+    /// a late readback costs.
+    pub readback_latency_frames: u32,
     /// Most taps of the anisotropic filter on imagery; 1 is isotropic, 0 leaves it to the adapter.
     pub anisotropy: u32,
+    /// How edges are smoothed. A target whose format cannot be multisampled is drawn without.
+    pub anti_aliasing: AntiAliasing,
     /// How much the sun's light on slopes shows: 0 not at all, 1 fully.
     pub shading_strength: f32,
     /// Keep the selection as it is whatever the camera does.
@@ -75,6 +106,7 @@ pub struct RendererSettings {
 impl Default for RendererSettings {
     fn default() -> Self {
         Self {
+            strategy: Strategy::RttQuadtree,
             cache_columns: 6,
             cache_rows: 6,
             max_tiles: 36,
@@ -83,7 +115,9 @@ impl Default for RendererSettings {
             vertical_exaggeration: 1.0,
             upload_budget_bytes: 1 << 20,
             coordinate_size_px: [160, 90],
+            readback_latency_frames: 0,
             anisotropy: Self::BY_ADAPTER_TAPS,
+            anti_aliasing: AntiAliasing::ByAdapter,
             shading_strength: 0.7,
             freeze_selection: false,
             debug_view: DebugView::Off,
@@ -94,8 +128,8 @@ impl Default for RendererSettings {
 }
 
 impl RendererSettings {
-    /// The settings with what is left to the adapter filled in: fine triangles and much filtering on
-    /// hardware, less on a program on the CPU, where both are dear.
+    /// The settings with what is left to the adapter filled in: fine triangles, much filtering and smooth
+    /// edges on hardware, less on a program on the CPU, where all three are dear.
     pub fn for_adapter(mut self, is_software: bool) -> Self {
         let (triangle_px, anisotropy) = if is_software { (20.0, 1) } else { (8.0, 8) };
         if self.triangle_px == Self::BY_ADAPTER_PX {
@@ -103,6 +137,10 @@ impl RendererSettings {
         }
         if self.anisotropy == Self::BY_ADAPTER_TAPS {
             self.anisotropy = anisotropy;
+        }
+        if self.anti_aliasing == AntiAliasing::ByAdapter {
+            let hardware = AntiAliasing::FourSamples;
+            self.anti_aliasing = if is_software { AntiAliasing::Off } else { hardware };
         }
         self.checked()
     }

@@ -22,7 +22,7 @@ use crate::measure::{ByteCause, FrameLedger, FrameRecord};
 use crate::renderer_settings::{LookupMethod, RendererSettings};
 use crate::resident_terrain::{Arrivals, OpenTerrainError, ResidentTerrain};
 use crate::selection::{
-    Selection, SelectionConfig, TileTree, VisibleRegion, select, visible_region,
+    Selection, SelectionConfig, SelectionStrategy, TileTree, VisibleRegion, visible_region,
 };
 use crate::tiling::TileId;
 use crate::{CameraError, CameraView};
@@ -79,8 +79,8 @@ pub struct TerrainRenderer {
     drawn: Option<SceneState>,
     displaced: Option<SceneState>,
     coordinates: Option<CoordinateState>,
-    /// The view and the region's frame the latest selection was made for.
-    selected: Option<(CameraView, u64)>,
+    /// The view and the region's frame, where there was one, the latest selection was made for.
+    selected: Option<(CameraView, Option<u64>)>,
 }
 
 /// The latest region that came back.
@@ -133,7 +133,7 @@ impl TerrainRenderer {
         let bindings = FrameBindings::new(device, &cache.table, &cache.heights, &cache.colours);
         let renderer = Self {
             meshes: SceneMeshes::new(device, &bindings, settings.lookup == LookupMethod::Linear),
-            feedback: CoordinateFeedback::new(device, &bindings, settings.coordinate_size_px),
+            feedback: CoordinateFeedback::new(device, &bindings, &settings),
             timer: FrameTimer::new(device, &gpu.queue),
             picture: Picture::default(),
             gpu,
@@ -168,8 +168,10 @@ impl TerrainRenderer {
     /// [`RenderError`] where the caches cannot be made anew; the old settings then stay.
     pub fn set_settings(&mut self, settings: RendererSettings) -> Result<(), RenderError> {
         let settings = settings.for_adapter(self.gpu.is_software());
-        let rebuilt =
-            |s: &RendererSettings| (s.cache_columns, s.cache_rows, s.coordinate_size_px, s.lookup);
+        let rebuilt = |s: &RendererSettings| {
+            let slots = (s.cache_columns, s.cache_rows);
+            (slots, s.coordinate_size_px, s.readback_latency_frames, s.lookup)
+        };
         if rebuilt(&settings) != rebuilt(&self.settings) {
             let (gpu, source) = (Arc::clone(&self.gpu), Arc::clone(&self.source));
             let (frame, ledger) = (self.frame, std::mem::take(&mut self.ledger));
@@ -244,24 +246,31 @@ impl TerrainRenderer {
         Ok(sum)
     }
 
-    /// Where on the ground each pixel of the view looks, after drawing until nothing is missing:
-    /// x, y in the dataset's CRS and the height drawn (exaggeration included), row by row from the
-    /// top left, NaN where there is sky. From the same mesh and tiles as the picture.
+    /// Where on the ground each pixel of the view looks, after drawing until nothing is missing; see
+    /// [`Self::drawn_coordinates`].
     ///
     /// # Errors
-    /// [`RenderError::Camera`] where the view is none, [`RenderError::Gpu`] where the device has failed.
+    /// [`RenderError::Gpu`] where the device has failed.
     pub fn ground_coordinates(&mut self, view: &CameraView) -> Result<Vec<[f64; 3]>, RenderError> {
         self.settle(view)?;
-        let mut encoder = self.encoder();
-        let scene = self.scene(view);
-        self.set_up(&scene);
-        self.displace(&mut encoder, &scene, false, false);
+        self.drawn_coordinates(view)
+    }
+
+    /// Where on the ground each pixel of the view looks with the tiles there are: x, y in the
+    /// dataset's CRS and the height drawn (exaggeration included), row by row from the top left, NaN
+    /// where there is sky. From the same mesh and tiles as a picture. No frame: see
+    /// [`Self::redraw`].
+    ///
+    /// # Errors
+    /// [`RenderError::Gpu`] where the device has failed.
+    pub fn drawn_coordinates(&mut self, view: &CameraView) -> Result<Vec<[f64; 3]>, RenderError> {
         let format = CoordinatePass::FULL_FORMAT;
         let pass = CoordinatePass::new(&self.gpu.device, &self.bindings, format, view.viewport_px);
-        if let Some(mesh) = self.meshes.picture() {
-            pass.record(&mut encoder, &self.bindings, mesh.parts(), mesh.visible());
-        }
-        self.gpu.queue.submit([encoder.finish()]);
+        self.beside_frames(view, |renderer, encoder, _| {
+            if let Some(mesh) = renderer.meshes.picture() {
+                pass.record(encoder, &renderer.bindings, mesh.parts(), mesh.visible());
+            }
+        });
         let bytes = read_texture(&self.gpu, &pass.target, view.viewport_px, 16)?;
         let world = |[x, y, z, ground]: [f32; 4]| {
             let offset = dvec3(f64::from(x), f64::from(y), f64::from(z));
@@ -269,6 +278,49 @@ impl TerrainRenderer {
             point.to_array()
         };
         Ok(bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(&bytes).into_iter().map(world).collect())
+    }
+
+    /// Draws the view into `target` with the tiles there are, for comparing pictures. No frame: nothing
+    /// is selected, loaded or counted, and the next frame finds everything as the last one left it.
+    ///
+    /// # Errors
+    /// [`RenderError::Gpu`] where the device has failed.
+    pub fn redraw(
+        &mut self,
+        view: &CameraView,
+        target: &wgpu::TextureView,
+        format: wgpu::TextureFormat,
+    ) -> Result<(), RenderError> {
+        self.gpu.check()?;
+        self.beside_frames(view, |renderer, encoder, scene| {
+            renderer.draw(encoder, scene, target, format, false);
+        });
+        Ok(())
+    }
+
+    /// Records and submits work on the view as it would be drawn now, then brings everything back to
+    /// what the last frame drew.
+    fn beside_frames(
+        &mut self,
+        view: &CameraView,
+        work: impl FnOnce(&mut Self, &mut wgpu::CommandEncoder, &SceneState),
+    ) {
+        let ledger = std::mem::take(&mut self.ledger);
+        let drawn = self.drawn;
+        let scene = self.scene(view);
+        let mut encoder = self.encoder();
+        self.set_up(&scene);
+        self.displace(&mut encoder, &scene, false, false);
+        work(self, &mut encoder, &scene);
+        self.gpu.queue.submit([encoder.finish()]);
+        if let Some(scene) = drawn {
+            let mut encoder = self.encoder();
+            self.set_up(&scene);
+            self.displace(&mut encoder, &scene, false, false);
+            self.gpu.queue.submit([encoder.finish()]);
+        }
+        self.drawn = drawn;
+        self.ledger = ledger;
     }
 
     /// Draws one of the renderer's own textures into `target`, which has
@@ -384,38 +436,54 @@ impl TerrainRenderer {
 
     /// Whether the scene's coordinates have not been asked for yet.
     fn wants_coordinates(&self, scene: &SceneState) -> bool {
-        !self.settings.freeze_selection && self.coordinates != Some(self.coordinate_state(scene))
+        !self.settings.freeze_selection
+            && self.strategy().needs_region()
+            && self.coordinates != Some(self.coordinate_state(scene))
     }
 
     fn wants_selection(&self, view: &CameraView) -> bool {
-        let region_frame = self.region.as_ref().map_or(0, |state| state.frame);
+        let region_frame = self.region_in_use().map(|state| state.frame);
         !self.settings.freeze_selection && self.selected != Some((*view, region_frame))
+    }
+
+    fn strategy(&self) -> &'static dyn SelectionStrategy {
+        self.settings.strategy.implementation()
+    }
+
+    /// The latest region, if the strategy goes by it.
+    fn region_in_use(&self) -> Option<&RegionState> {
+        self.region.as_ref().filter(|_| self.strategy().needs_region())
     }
 
     /// Takes the newest coordinate image that has come back, if any.
     fn receive_region(&mut self) {
         // A failure of the device shows in the next check.
         let _ = self.gpu.device.poll(wgpu::PollType::Poll);
-        if let Some((image, count)) = self.feedback.take_newest() {
+        if let Some((image, count)) = self.feedback.take_newest(self.frame) {
             self.ledger.add(ByteCause::Readback, count * self.feedback.image_bytes());
             let region = visible_region(&image);
             self.region = Some(RegionState { region, frame: image.frame, view: image.view });
         }
     }
 
-    /// Selects the tiles of the view by the latest region; returns the milliseconds it took.
+    /// Selects the tiles of the view, by the latest region where the strategy needs one; returns the
+    /// milliseconds it took.
     fn select(&mut self, view: &CameraView) -> f64 {
-        let Some(state) = self.region.as_ref().filter(|_| self.wants_selection(view)) else {
+        let state = self.region_in_use();
+        let is_ready = state.is_some() || !self.strategy().needs_region();
+        if !is_ready || !self.wants_selection(view) {
             return 0.0;
-        };
+        }
         let started = Instant::now();
         let config = SelectionConfig {
             max_tiles: self.settings.max_tiles,
             texel_px: self.settings.texel_px,
             vertical_exaggeration: self.settings.vertical_exaggeration,
         };
-        self.selection = select(&self.terrain.tree, state.region.as_ref(), view, &config);
-        self.selected = Some((*view, state.frame));
+        let region = state.and_then(|state| state.region.as_ref());
+        let region_frame = state.map(|state| state.frame);
+        self.selection = self.strategy().select(&self.terrain.tree, region, view, &config);
+        self.selected = Some((*view, region_frame));
         started.elapsed().as_secs_f64() * 1.0e3
     }
 
@@ -456,6 +524,7 @@ impl TerrainRenderer {
             height_range_m: terrain.height_range_m(scene.settings.vertical_exaggeration),
             data_extent: &terrain.tree.data_extent,
             triangle_px: scene.settings.triangle_px,
+            has_coordinates: self.strategy().needs_region(),
         };
         let (sent, rebuilt) = self.meshes.set_up(&self.gpu.device, &self.gpu.queue, &mesh_scene);
         self.ledger.add(ByteCause::Mesh, sent);
@@ -504,6 +573,7 @@ impl TerrainRenderer {
     ) {
         let settings = TerrainPassSettings {
             target: format,
+            samples: Picture::samples(&self.gpu.device, format, scene.settings.anti_aliasing),
             linear_lookup: scene.settings.lookup == LookupMethod::Linear,
             wireframe: scene.settings.wireframe,
             has_colours: self.terrain.has_colours(),
@@ -524,7 +594,7 @@ impl TerrainRenderer {
     fn record(&mut self, (new, evicted): (u64, u64), coordinate_pass_drawn: bool) -> FrameRecord {
         let (blocks, triangles) = self.meshes.picture().map_or((0, 0), |mesh| mesh.drawn());
         let mut record = FrameRecord {
-            strategy: "rtt-quadtree".to_owned(),
+            strategy: self.settings.strategy.to_string(),
             frame: self.frame,
             gpu_ms: self.timer.latest_ms(),
             tiles_selected: self.selection.tiles.len() as u64,
@@ -545,7 +615,7 @@ impl TerrainRenderer {
 
     /// How many frames ago the region in use was seen; 0 where the camera has not moved since.
     fn region_age_frames(&self) -> Option<u64> {
-        let state = self.region.as_ref()?;
+        let state = self.region_in_use()?;
         let is_current = self.selected.is_some_and(|(view, _)| view == state.view);
         Some(if is_current { 0 } else { self.frame - state.frame })
     }

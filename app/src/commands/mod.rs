@@ -3,6 +3,7 @@
 pub mod doctor;
 pub mod fly;
 pub mod info;
+pub mod precision;
 pub mod prepare;
 pub mod render;
 pub mod synth;
@@ -31,6 +32,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Some(Command::Info(args)) => info::run(args),
         Some(Command::Fly(args)) => fly::run(&args, &cli.adapter),
         Some(Command::Render(args)) => render::run(&args, &cli.adapter),
+        Some(Command::Precision(args)) => precision::run(&args, &cli.adapter),
         Some(Command::Doctor(args)) => doctor::run(&args, &cli.adapter),
     }
 }

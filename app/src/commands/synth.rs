@@ -8,8 +8,8 @@ use anyhow::Context;
 use clap::Args;
 use terrain_core::synth::{Preset, SynthRequest, SynthSummary, synthesise};
 
-use super::prepare::TerminalProgress;
 use crate::output;
+use crate::progress::PhaseProgress;
 
 /// Writes rasters of synthetic mountains: no real place
 #[derive(Args, Debug)]
@@ -43,7 +43,7 @@ pub fn run(args: SynthArgs) -> anyhow::Result<()> {
     let flag = cancel.clone();
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
         .context("cannot catch Ctrl-C")?;
-    let bar = TerminalProgress::new();
+    let bar = PhaseProgress::new();
     let request = SynthRequest { preset: args.preset, seed: args.seed, out: args.out };
     let summary = synthesise(&request, &bar, &cancel);
     bar.clear();

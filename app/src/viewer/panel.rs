@@ -5,7 +5,8 @@ use glam::DVec3;
 use terrain_core::dataset::Manifest;
 use terrain_core::gpu::DebugImage;
 use terrain_core::measure::FrameRecord;
-use terrain_core::{DebugView, RendererSettings};
+use terrain_core::selection::Strategy;
+use terrain_core::{AntiAliasing, DebugView, RendererSettings};
 
 use super::keys::{Action, HELP};
 use super::plots::FrameHistory;
@@ -119,6 +120,7 @@ impl Panel<'_> {
 
     fn sliders(&mut self, ui: &mut Ui) {
         let settings = &mut *self.settings;
+        strategy_choice(ui, settings);
         cache_choice(ui, settings);
         let slots = (settings.cache_columns * settings.cache_rows) as usize;
         ui.add(Slider::new(&mut settings.max_tiles, 1..=slots).text("MaxofTiles"))
@@ -127,6 +129,11 @@ impl Panel<'_> {
             .on_hover_text("A tile is split while its texels are drawn larger than this");
         ui.add(slider(&mut settings.triangle_px, 2.0, 40.0).text("triangle (px)"))
             .on_hover_text("Size of the mesh's triangles in the picture");
+        let mut is_smooth = settings.anti_aliasing == AntiAliasing::FourSamples;
+        if ui.checkbox(&mut is_smooth, "smooth edges (4 samples a pixel)").changed() {
+            let four = AntiAliasing::FourSamples;
+            settings.anti_aliasing = if is_smooth { four } else { AntiAliasing::Off };
+        }
         ui.add(slider(&mut settings.vertical_exaggeration, 0.5, 50.0).text("exaggeration"));
         let mut budget_kib = settings.upload_budget_bytes / 1024;
         let budget = Slider::new(&mut budget_kib, 64..=16_384).logarithmic(true);
@@ -184,6 +191,17 @@ fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui))
 
 fn slider(value: &mut f64, least: f64, most: f64) -> Slider<'_> {
     Slider::new(value, least..=most).logarithmic(true).max_decimals(2)
+}
+
+fn strategy_choice(ui: &mut Ui, settings: &mut RendererSettings) {
+    egui::ComboBox::from_label("strategy").selected_text(settings.strategy.name()).show_ui(
+        ui,
+        |ui| {
+            for strategy in Strategy::ALL {
+                ui.selectable_value(&mut settings.strategy, strategy, strategy.name());
+            }
+        },
+    );
 }
 
 fn cache_choice(ui: &mut Ui, settings: &mut RendererSettings) {

@@ -2,7 +2,7 @@ use super::DEPTH_FORMAT;
 use super::frame_bindings::FrameBindings;
 use super::mesh_buffers::MeshBuffers;
 use super::shader_library::COORDINATES;
-use super::terrain_pass::{draw_blocks, surface_pipeline};
+use super::terrain_pass::{SurfaceOptions, draw_blocks, surface_pipeline};
 use crate::surface::CircularMesh;
 
 /// Draws where on the ground each pixel looks, into a float texture of its own size.
@@ -28,9 +28,14 @@ impl CoordinatePass {
         [width, height]: [u32; 2],
     ) -> Self {
         let entries = ("coordinate_vertex", "coordinate_fragment");
-        let mode = wgpu::PolygonMode::Fill;
-        let pipeline =
-            surface_pipeline(device, bindings, &COORDINATES, entries, (format, &[], mode));
+        let options = SurfaceOptions {
+            target: format,
+            // A mean of places on either side of an edge would be a place on neither.
+            samples: 1,
+            constants: &[],
+            polygon_mode: wgpu::PolygonMode::Fill,
+        };
+        let pipeline = surface_pipeline(device, bindings, &COORDINATES, entries, &options);
         let texture = |label, format, usage| {
             device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),

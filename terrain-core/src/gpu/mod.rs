@@ -21,6 +21,8 @@ mod mesh_buffers;
 mod offscreen_target;
 mod offset_table_buffer;
 mod picture;
+mod precision_depth_probe;
+mod precision_probe;
 mod readback_ring;
 mod scene_meshes;
 pub mod shader_library;
@@ -44,6 +46,11 @@ pub(crate) use offscreen_target::read_texture;
 pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
 pub use offset_table_buffer::{TileEntry, TilePlace};
 pub(crate) use picture::{Picture, PictureTarget};
+pub use precision_depth_probe::probe_depth;
+pub use precision_probe::{
+    Answer, NativeFloat, Operands, Outcome, Results, Trial, probe_encodings, probe_floats,
+    probe_native, probe_span,
+};
 pub(crate) use scene_meshes::{MeshScene, SceneMeshes};
 pub(crate) use terrain_cache::TerrainCache;
 pub(crate) use terrain_pass::TerrainPassSettings;

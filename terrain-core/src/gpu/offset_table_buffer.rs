@@ -4,7 +4,7 @@ use glam::DVec2;
 use super::atlas::AtlasGrid;
 use super::frame_uniforms::TableRange;
 use crate::residency::OffsetTable;
-use crate::tiling::{LayerLayout, TilingScheme};
+use crate::tiling::{LayerLayout, TileId, TilingScheme};
 
 /// Where a tile lies, on the ground and in its atlas: the twin of `TilePlace` in
 /// `common/tile_lookup.wgsl`.
@@ -17,6 +17,23 @@ pub struct TilePlace {
     pub texels_per_m: f32,
     /// First texel of the tile proper in the atlas: its column in the low half, its row in the high.
     pub atlas_texel: u32,
+}
+
+impl TilePlace {
+    /// Where the tile lies, seen from `eye` (metres east and north).
+    pub fn new(
+        scheme: &TilingScheme,
+        layout: &LayerLayout,
+        tile: TileId,
+        eye: DVec2,
+        atlas_texel: u32,
+    ) -> Self {
+        Self {
+            origin_from_eye_m: (scheme.tile_origin(tile) - eye).as_vec2().into(),
+            texels_per_m: (1.0 / layout.texel_size_m(scheme, tile.level)) as f32,
+            atlas_texel,
+        }
+    }
 }
 
 /// One cached tile as the shaders see it: the twin of `TileEntry` in `common/tile_lookup.wgsl`.
@@ -45,18 +62,13 @@ pub(crate) struct TableSource<'a> {
 impl TableSource<'_> {
     fn entries(&self, scheme: &TilingScheme, eye: DVec2) -> impl Iterator<Item = TileEntry> {
         self.table.entries.iter().map(move |entry| {
-            let origin = scheme.tile_origin(entry.tile) - eye;
             // A texture has at most 16384 texels a side: two coordinates fit in a word.
             let [x, y] = self
                 .grid
                 .slot_origin_texels(entry.slot)
                 .map(|corner| corner + self.layout.gutter_texels);
             TileEntry {
-                place: TilePlace {
-                    origin_from_eye_m: origin.as_vec2().into(),
-                    texels_per_m: (1.0 / self.layout.texel_size_m(scheme, entry.tile.level)) as f32,
-                    atlas_texel: x | (y << 16),
-                },
+                place: TilePlace::new(scheme, &self.layout, entry.tile, eye, x | (y << 16)),
                 level: u32::from(entry.tile.level),
                 column: entry.tile.column,
                 row: entry.tile.row,

@@ -8,10 +8,11 @@ pub(crate) struct SkyPass {
 }
 
 impl SkyPass {
+    /// A pass into a target of this format and so many samples a pixel.
     pub fn new(
         device: &wgpu::Device,
         bindings: &FrameBindings,
-        target: wgpu::TextureFormat,
+        (target, samples): (wgpu::TextureFormat, u32),
     ) -> Self {
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("sky"),
@@ -36,7 +37,7 @@ impl SkyPass {
                 stencil: Default::default(),
                 bias: Default::default(),
             }),
-            multisample: Default::default(),
+            multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
             fragment: Some(wgpu::FragmentState {
                 module: &module,
                 entry_point: Some("sky_fragment"),

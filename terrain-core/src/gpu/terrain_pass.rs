@@ -9,6 +9,8 @@ use crate::surface::{CircularMesh, MeshBlock};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TerrainPassSettings {
     pub target: wgpu::TextureFormat,
+    /// Samples a pixel of the target.
+    pub samples: u32,
     pub linear_lookup: bool,
     pub wireframe: bool,
     pub has_colours: bool,
@@ -21,11 +23,12 @@ pub(crate) struct TerrainPassSettings {
 
 impl TerrainPassSettings {
     /// The values of the shader's `override` constants.
-    fn constants(&self) -> [(&'static str, f64); 5] {
+    fn constants(&self) -> [(&'static str, f64); 6] {
         [
             ("LINEAR_LOOKUP", flag(self.linear_lookup)),
             ("HAS_COLOURS", flag(self.has_colours)),
             ("HAS_VOIDS", flag(self.has_voids)),
+            ("MULTISAMPLED", flag(self.samples > 1)),
             ("ANISOTROPY", f64::from(self.anisotropy)),
             ("DEBUG_VIEW", f64::from(self.debug_view.code())),
         ]
@@ -58,8 +61,13 @@ impl TerrainPass {
         let mode = if lines { wgpu::PolygonMode::Line } else { wgpu::PolygonMode::Fill };
         let constants = settings.constants();
         let pipeline = |entries| {
-            let options = (settings.target, constants.as_slice(), mode);
-            surface_pipeline(device, bindings, &TERRAIN, entries, options)
+            let options = SurfaceOptions {
+                target: settings.target,
+                samples: settings.samples,
+                constants: &constants,
+                polygon_mode: mode,
+            };
+            surface_pipeline(device, bindings, &TERRAIN, entries, &options)
         };
         Self {
             within: (settings.debug_view == DebugView::Off)
@@ -90,13 +98,22 @@ impl TerrainPass {
     }
 }
 
+/// What a pipeline that draws displaced vertices draws into, and how.
+pub(super) struct SurfaceOptions<'a> {
+    pub target: wgpu::TextureFormat,
+    pub samples: u32,
+    /// Values of the shader's `override` constants.
+    pub constants: &'a [(&'a str, f64)],
+    pub polygon_mode: wgpu::PolygonMode,
+}
+
 /// A pipeline that draws displaced vertices: shared by the picture and the coordinate pass.
 pub(super) fn surface_pipeline(
     device: &wgpu::Device,
     bindings: &FrameBindings,
     shader: &Shader,
     (vertex_entry, fragment_entry): (&str, &str),
-    (target, constants, polygon_mode): (wgpu::TextureFormat, &[(&str, f64)], wgpu::PolygonMode),
+    options: &SurfaceOptions<'_>,
 ) -> wgpu::RenderPipeline {
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(shader.name),
@@ -104,14 +121,15 @@ pub(super) fn surface_pipeline(
         immediate_size: 0,
     });
     let module = shader.module(device);
-    let options = || wgpu::PipelineCompilationOptions { constants, ..Default::default() };
+    let compilation =
+        || wgpu::PipelineCompilationOptions { constants: options.constants, ..Default::default() };
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(shader.name),
         layout: Some(&layout),
         vertex: wgpu::VertexState {
             module: &module,
             entry_point: Some(vertex_entry),
-            compilation_options: options(),
+            compilation_options: compilation(),
             buffers: &[Some(wgpu::VertexBufferLayout {
                 array_stride: MeshBuffers::VERTEX_BYTES,
                 step_mode: wgpu::VertexStepMode::Vertex,
@@ -119,7 +137,7 @@ pub(super) fn surface_pipeline(
             })],
         },
         primitive: wgpu::PrimitiveState {
-            polygon_mode,
+            polygon_mode: options.polygon_mode,
             // What is seen from below lies behind what is seen from above, all but its edges.
             cull_mode: Some(wgpu::Face::Back),
             ..Default::default()
@@ -131,12 +149,12 @@ pub(super) fn surface_pipeline(
             stencil: Default::default(),
             bias: Default::default(),
         }),
-        multisample: Default::default(),
+        multisample: wgpu::MultisampleState { count: options.samples, ..Default::default() },
         fragment: Some(wgpu::FragmentState {
             module: &module,
             entry_point: Some(fragment_entry),
-            compilation_options: options(),
-            targets: &[Some(target.into())],
+            compilation_options: compilation(),
+            targets: &[Some(options.target.into())],
         }),
         multiview_mask: None,
         cache: None,

@@ -18,7 +18,7 @@ mod row_pyramid;
 mod run;
 pub mod source;
 mod summary;
-mod texel;
+pub(crate) mod texel;
 mod void_fill;
 
 use std::path::Path;
@@ -29,6 +29,7 @@ pub use error::PrepareError;
 pub use request::PrepareRequest;
 pub use run::{NoProgress, Progress};
 pub use summary::{LayerSummary, PrepareSummary};
+pub(crate) use texel::{LinearColour, Texel};
 pub use void_fill::{MAX_VOID_CELLS, VoidReport};
 
 use self::colour_layer::write_colours;

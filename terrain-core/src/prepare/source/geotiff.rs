@@ -3,6 +3,7 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use rayon::prelude::*;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 use tiff::{ColorType, TiffError};
@@ -22,8 +23,7 @@ type FileDecoder = Decoder<BufReader<File>>;
 
 /// A TIFF or BigTIFF of strips or tiles, georeferenced by GeoTIFF tags.
 ///
-/// Chunks are decoded as windows ask for them, by as many threads as ask at once; each takes a
-/// decoder from a pool.
+/// Chunks are decoded as windows ask for them, on all threads; each takes a decoder from a pool.
 pub struct GeoTiffSource {
     path: PathBuf,
     info: RasterInfo,
@@ -82,7 +82,8 @@ impl GeoTiffSource {
         })
     }
 
-    /// Calls `visit` for every chunk the window meets, with the rows and columns they share.
+    /// Calls `visit` for every chunk the window meets, with the rows and columns they share. The
+    /// chunks are decoded side by side.
     fn visit_chunks(
         &self,
         window: Window,
@@ -92,13 +93,18 @@ impl GeoTiffSource {
         let columns =
             window.column / chunk_width..=(window.column + window.width - 1) / chunk_width;
         let rows = window.row / chunk_height..=(window.row + window.height - 1) / chunk_height;
-        for chunk_row in rows {
-            for chunk_column in columns.clone() {
-                let index = chunk_row * self.layout.chunks_across + chunk_column;
-                let chunk = self.cache.get(index, || self.decode(index))?;
-                let corner = (chunk_column * chunk_width, chunk_row * chunk_height);
-                visit(&chunk, Overlap::of(window, corner, self.layout.chunk_size));
-            }
+        let places: Vec<(u32, u32)> =
+            rows.flat_map(|row| columns.clone().map(move |column| (column, row))).collect();
+        let chunks: Vec<_> = places
+            .par_iter()
+            .map(|&(column, row)| {
+                let index = row * self.layout.chunks_across + column;
+                self.cache.get(index, || self.decode(index))
+            })
+            .collect::<Result<_, SourceError>>()?;
+        for (chunk, (column, row)) in chunks.iter().zip(places) {
+            let corner = (column * chunk_width, row * chunk_height);
+            visit(chunk, Overlap::of(window, corner, self.layout.chunk_size));
         }
         Ok(())
     }
