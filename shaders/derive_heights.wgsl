@@ -21,6 +21,10 @@ struct DecodeJob {
 
 const NO_DATA_M: f32 = -1.0e30;
 const NO_DATA_WORD: u32 = 65535u;
+// Floats larger than this are no heights.
+const MOST_HEIGHT_M: f32 = 1.0e6;
+// The steepest slope a half float holds, and a cliff by any measure.
+const STEEPEST: f32 = 65504.0;
 
 @group(0) @binding(0) var<storage, read> jobs: array<DecodeJob>;
 @group(0) @binding(1) var<storage, read> payload: array<u32>;
@@ -29,9 +33,9 @@ const NO_DATA_WORD: u32 = 65535u;
 fn decode_sample(job: DecodeJob, index: u32) -> f32 {
     if job.is_float != 0u {
         let bits = payload[job.first_word + index];
-        // A NaN has all exponent bits set; compared as bits because NaN comparisons may be optimised away.
-        let is_nan = (bits & 0x7f800000u) == 0x7f800000u;
-        return select(bitcast<f32>(bits), NO_DATA_M, is_nan);
+        // Compared as bits, which order floats by size and put NaN last: NaN comparisons may be optimised away.
+        let is_height = (bits & 0x7fffffffu) <= bitcast<u32>(MOST_HEIGHT_M);
+        return select(NO_DATA_M, bitcast<f32>(bits), is_height);
     }
     let pair = payload[job.first_word + index / 2u];
     let word = (pair >> ((index & 1u) * 16u)) & 0xffffu;
@@ -86,7 +90,7 @@ fn slope_along(centre_m: f32, before_m: f32, after_m: f32, texel_size_m: f32) ->
     let low = select(centre_m, before_m, has_before);
     let high = select(centre_m, after_m, has_after);
     let steps = f32(has_before) + f32(has_after);
-    return (high - low) / (max(steps, 1.0) * texel_size_m);
+    return clamp((high - low) / (max(steps, 1.0) * texel_size_m), -STEEPEST, STEEPEST);
 }
 
 fn neighbour_height(job: DecodeJob, at: vec2<i32>) -> f32 {

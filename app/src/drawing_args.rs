@@ -2,14 +2,17 @@
 
 use std::str::FromStr;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
+use terrain_core::selection::Strategy;
 use terrain_core::{AntiAliasing, RendererSettings};
 
 /// How to draw.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct DrawingArgs {
-    /// How tiles are selected
-    #[arg(long, value_enum, default_value_t = Strategy::RttQuadtree)]
+    /// How tiles are selected: rtt-quadtree by the region the GPU sees, subdivided, regularised and
+    /// merged; cpu-frustum by the view frustum and screen-space error
+    #[arg(long, value_name = "STRATEGY", default_value_t, value_parser = strategies())]
     strategy: Strategy,
 
     /// Factor on all heights
@@ -42,13 +45,6 @@ pub struct DrawingArgs {
     upload_kib: Option<u64>,
 }
 
-/// How the tiles to draw with are selected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Strategy {
-    /// Tile scheduling: the region the coordinate pass sees, subdivided, regularised and merged.
-    RttQuadtree,
-}
-
 /// How edges are smoothed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Smoothing {
@@ -66,11 +62,11 @@ pub struct Size(pub [u32; 2]);
 impl DrawingArgs {
     /// The renderer's settings; `exaggeration` where the user gives none.
     pub fn settings(&self, exaggeration: f64) -> RendererSettings {
-        let Strategy::RttQuadtree = self.strategy;
         let defaults = RendererSettings::default();
         let [cache_columns, cache_rows] = self.cache.0;
         let slots = (u64::from(cache_columns) * u64::from(cache_rows)) as usize;
         RendererSettings {
+            strategy: self.strategy,
             cache_columns,
             cache_rows,
             max_tiles: self.max_tiles.unwrap_or(slots),
@@ -89,6 +85,12 @@ impl DrawingArgs {
         }
         .checked()
     }
+}
+
+/// A strategy by its name; all names are in the help.
+pub fn strategies() -> impl TypedValueParser<Value = Strategy> {
+    PossibleValuesParser::new(Strategy::ALL.map(Strategy::name))
+        .try_map(|name| name.parse::<Strategy>())
 }
 
 /// Slots of a cache: what a texture and the numbers of a table's entries have room for.
@@ -153,6 +155,8 @@ mod tests {
         assert_eq!(settings(&["--cache", "8x8", "--max-tiles", "20"]).max_tiles, 20);
         assert_eq!(settings(&[]).vertical_exaggeration, 2.0);
         assert_eq!(settings(&["--exaggeration", "3"]).vertical_exaggeration, 3.0);
+        assert_eq!(settings(&[]).strategy, Strategy::RttQuadtree);
+        assert_eq!(settings(&["--strategy", "cpu-frustum"]).strategy, Strategy::CpuFrustum);
         assert_eq!(settings(&[]).anti_aliasing, AntiAliasing::ByAdapter);
         assert_eq!(settings(&["--anti-aliasing", "4x"]).anti_aliasing, AntiAliasing::FourSamples);
         assert_eq!(settings(&["--anti-aliasing", "off"]).anti_aliasing, AntiAliasing::Off);

@@ -19,7 +19,51 @@ pub struct CameraView {
     pub viewport_px: [u32; 2],
 }
 
+/// Why a camera sees nothing that could be drawn.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum CameraError {
+    /// The eye or the heading is no number.
+    #[error(
+        "the camera stands at {eye}, heading {heading_deg} degrees: that is no place or direction"
+    )]
+    NotFinite {
+        /// The eye asked for.
+        eye: DVec3,
+        /// The heading asked for, degrees.
+        heading_deg: f64,
+    },
+    /// The pitch lies beyond straight up or straight down.
+    #[error("the camera's pitch is {0} degrees: it must lie between -90 and 90")]
+    Pitch(f64),
+    /// The field of view is empty, or too wide for a plane picture.
+    #[error("the camera's field of view is {0} degrees: it must lie between 0 and 180")]
+    FieldOfView(f64),
+    /// The picture has no pixels.
+    #[error("the camera's picture has {} x {} pixels: there is nothing to draw", .0[0], .0[1])]
+    Empty([u32; 2]),
+}
+
 impl CameraView {
+    /// Whether every value lies within its range.
+    ///
+    /// # Errors
+    /// [`CameraError`] with the first value that does not.
+    pub fn check(&self) -> Result<(), CameraError> {
+        if !(self.eye.is_finite() && self.heading_deg.is_finite()) {
+            return Err(CameraError::NotFinite { eye: self.eye, heading_deg: self.heading_deg });
+        }
+        if !(-90.0..=90.0).contains(&self.pitch_deg) {
+            return Err(CameraError::Pitch(self.pitch_deg));
+        }
+        if !(self.fov_y_deg > 0.0 && self.fov_y_deg < 180.0) {
+            return Err(CameraError::FieldOfView(self.fov_y_deg));
+        }
+        if self.viewport_px.contains(&0) {
+            return Err(CameraError::Empty(self.viewport_px));
+        }
+        Ok(())
+    }
+
     /// Rows are the camera's right, up and backward directions in world axes.
     pub fn view_from_world(&self) -> DMat3 {
         let (sin_h, cos_h) = self.heading_deg.to_radians().sin_cos();

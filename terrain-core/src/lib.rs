@@ -9,6 +9,8 @@
 //!   [`selection::merge_farthest`] -> [`selection::Selection`] -> [`residency::TileCache`] ->
 //!   [`residency::CachePlan`] -> uploads -> [`residency::OffsetTable`] -> picture ->
 //!   [`measure::FrameRecord`]. [`TerrainRenderer`] runs the frame in this order.
+//!   A [`selection::Strategy`] other than the paper's takes the place of the arrows up to the
+//!   selection.
 //!
 //! Every stage between the coordinate image and the offset table is pure: no GPU, no clock, no
 //! globals. World coordinates are f64 metres in the dataset's projected CRS; the GPU sees only
@@ -67,6 +69,7 @@ pub mod geodesy;
 pub mod gpu;
 mod layer_loading;
 pub mod measure;
+pub mod precision;
 pub mod prepare;
 pub mod reference;
 pub mod renderer_settings;
@@ -74,9 +77,10 @@ pub mod residency;
 mod resident_terrain;
 pub mod selection;
 pub mod surface;
+pub mod synth;
 mod terrain_renderer;
 pub mod tiling;
 
-pub use camera_view::CameraView;
+pub use camera_view::{CameraError, CameraView};
 pub use renderer_settings::{AntiAliasing, DebugView, LookupMethod, RendererSettings};
 pub use terrain_renderer::{RenderError, TerrainRenderer};

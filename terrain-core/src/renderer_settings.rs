@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::selection::Strategy;
+
 /// What the picture shows instead of, or on top of, the terrain as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DebugView {
@@ -63,6 +65,8 @@ pub enum LookupMethod {
 /// What a user can set about drawing. All fields are public; [`Self::checked`] brings them in range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RendererSettings {
+    /// How tiles are chosen. What is cached stays when it changes.
+    pub strategy: Strategy,
     /// Slots of the caches from west to east: the paper's m.
     pub cache_columns: u32,
     /// Slots of the caches from north to south: the paper's n.
@@ -80,6 +84,9 @@ pub struct RendererSettings {
     pub upload_budget_bytes: u64,
     /// Width and height of the coordinate pass in pixels.
     pub coordinate_size_px: [u32; 2],
+    /// Frames that a coordinate image is held back before tiles are selected by it, for measuring what
+    /// a late readback costs.
+    pub readback_latency_frames: u32,
     /// Most taps of the anisotropic filter on imagery; 1 is isotropic, 0 leaves it to the adapter.
     pub anisotropy: u32,
     /// How edges are smoothed. A target whose format cannot be multisampled is drawn without.
@@ -99,6 +106,7 @@ pub struct RendererSettings {
 impl Default for RendererSettings {
     fn default() -> Self {
         Self {
+            strategy: Strategy::RttQuadtree,
             cache_columns: 6,
             cache_rows: 6,
             max_tiles: 36,
@@ -107,6 +115,7 @@ impl Default for RendererSettings {
             vertical_exaggeration: 1.0,
             upload_budget_bytes: 1 << 20,
             coordinate_size_px: [160, 90],
+            readback_latency_frames: 0,
             anisotropy: Self::BY_ADAPTER_TAPS,
             anti_aliasing: AntiAliasing::ByAdapter,
             shading_strength: 0.7,

@@ -28,7 +28,7 @@ use crate::layer_loading::colour_format;
 use crate::measure::{ByteCause, FrameLedger, FrameRecord};
 use crate::renderer_settings::{DebugView, LookupMethod, RendererSettings};
 use crate::resident_terrain::{Arrivals, ResidentTerrain};
-use crate::selection::{Selection, SelectionConfig, TileTree, select, visible_region};
+use crate::selection::{Selection, SelectionConfig, TileTree, visible_region};
 use crate::tiling::TileId;
 
 /// Draws a dataset as the tile-scheduling method does.
@@ -54,8 +54,8 @@ pub struct TerrainRenderer {
     drawn: Option<SceneState>,
     displaced: Option<SceneState>,
     coordinates: Option<CoordinateState>,
-    /// The view and the region's frame the latest selection was made for.
-    selected: Option<(CameraView, u64)>,
+    /// The view and the region's frame, where there was one, the latest selection was made for.
+    selected: Option<(CameraView, Option<u64>)>,
 }
 
 impl TerrainRenderer {
@@ -83,7 +83,7 @@ impl TerrainRenderer {
         let bindings = FrameBindings::new(device, &cache.table, &cache.heights, &cache.colours);
         let renderer = Self {
             meshes: SceneMeshes::new(device, &bindings, settings.lookup == LookupMethod::Linear),
-            feedback: CoordinateFeedback::new(device, &bindings, settings.coordinate_size_px),
+            feedback: CoordinateFeedback::new(device, &bindings, &settings),
             timer: FrameTimer::new(device, &gpu.queue),
             picture: Picture::default(),
             gpu,
@@ -118,8 +118,10 @@ impl TerrainRenderer {
     /// [`RenderError`] where the caches cannot be made anew; the old settings then stay.
     pub fn set_settings(&mut self, settings: RendererSettings) -> Result<(), RenderError> {
         let settings = settings.for_adapter(self.gpu.is_software());
-        let rebuilt =
-            |s: &RendererSettings| (s.cache_columns, s.cache_rows, s.coordinate_size_px, s.lookup);
+        let rebuilt = |s: &RendererSettings| {
+            let slots = (s.cache_columns, s.cache_rows);
+            (slots, s.coordinate_size_px, s.readback_latency_frames, s.lookup)
+        };
         if rebuilt(&settings) != rebuilt(&self.settings) {
             let (gpu, source) = (Arc::clone(&self.gpu), Arc::clone(&self.source));
             let (frame, ledger) = (self.frame, std::mem::take(&mut self.ledger));
@@ -167,7 +169,7 @@ impl TerrainRenderer {
     /// itself is drawn again.
     ///
     /// # Errors
-    /// [`RenderError::Gpu`] where the device has failed.
+    /// [`RenderError::Camera`] where the view is none, [`RenderError::Gpu`] where the device has failed.
     pub fn render(
         &mut self,
         view: &CameraView,
@@ -181,7 +183,7 @@ impl TerrainRenderer {
     /// Waits for disk and GPU. The record sums up all of them.
     ///
     /// # Errors
-    /// [`RenderError::Gpu`] where the device has failed.
+    /// [`RenderError::Camera`] where the view is none, [`RenderError::Gpu`] where the device has failed.
     pub fn render_settled(
         &mut self,
         view: &CameraView,
@@ -230,6 +232,7 @@ impl TerrainRenderer {
         target: Option<(&wgpu::TextureView, wgpu::TextureFormat)>,
     ) -> Result<FrameRecord, RenderError> {
         let started = Instant::now();
+        view.check()?;
         self.gpu.check()?;
         self.receive_region();
         let select_ms = self.select(view);
@@ -269,26 +272,31 @@ impl TerrainRenderer {
     fn receive_region(&mut self) {
         // A failure of the device shows in the next check.
         let _ = self.gpu.device.poll(wgpu::PollType::Poll);
-        if let Some((image, count)) = self.feedback.take_newest() {
+        if let Some((image, count)) = self.feedback.take_newest(self.frame) {
             self.ledger.add(ByteCause::Readback, count * self.feedback.image_bytes());
             let region = visible_region(&image);
             self.region = Some(RegionState { region, frame: image.frame, view: image.view });
         }
     }
 
-    /// Selects the tiles of the view by the latest region; returns the milliseconds it took.
+    /// Selects the tiles of the view, by the latest region where the strategy needs one; returns the
+    /// milliseconds it took.
     fn select(&mut self, view: &CameraView) -> f64 {
-        let Some(state) = self.region.as_ref().filter(|_| self.wants_selection(view)) else {
+        let state = self.region_in_use();
+        let is_ready = state.is_some() || !self.strategy().needs_region();
+        if !is_ready || !self.wants_selection(view) {
             return 0.0;
-        };
+        }
         let started = Instant::now();
         let config = SelectionConfig {
             max_tiles: self.settings.max_tiles,
             texel_px: self.settings.texel_px,
             vertical_exaggeration: self.settings.vertical_exaggeration,
         };
-        self.selection = select(&self.terrain.tree, state.region.as_ref(), view, &config);
-        self.selected = Some((*view, state.frame));
+        let region = state.and_then(|state| state.region.as_ref());
+        let region_frame = state.map(|state| state.frame);
+        self.selection = self.strategy().select(&self.terrain.tree, region, view, &config);
+        self.selected = Some((*view, region_frame));
         started.elapsed().as_secs_f64() * 1.0e3
     }
 
@@ -329,6 +337,7 @@ impl TerrainRenderer {
             height_range_m: terrain.height_range_m(scene.settings.vertical_exaggeration),
             data_extent: &terrain.tree.data_extent,
             triangle_px: scene.settings.triangle_px,
+            has_coordinates: self.strategy().needs_region(),
         };
         let (sent, rebuilt) = self.meshes.set_up(&self.gpu.device, &self.gpu.queue, &mesh_scene);
         self.ledger.add(ByteCause::Mesh, sent);

@@ -9,7 +9,7 @@ use terrain_core::tiling::{Extent, LayerLayout, TileId, TileSet, TilingScheme};
 
 /// A surface given by formulas: the height in metres and the sRGB colour at a point.
 pub struct Surface {
-    /// Metres above the datum at x east, y north of the *root's centre*.
+    /// Metres above the datum at x east, y north of the *root's centre*; NaN where there is no data.
     pub height_m: fn(DVec2) -> f64,
     /// sRGB colour there.
     pub colour: fn(DVec2) -> [u8; 3],
@@ -53,7 +53,7 @@ impl AnalyticSource {
                 layout: heights,
                 encoding: HeightEncoding::Float,
                 step_m: 1.0,
-                has_voids: false,
+                has_voids: surface.has_voids_over(root_size_m),
                 range,
                 ranges: HeightRanges { levels: vec![vec![Some(range)]] },
             },
@@ -106,16 +106,26 @@ impl AnalyticSource {
 }
 
 impl Surface {
-    fn range_over(&self, size_m: f64) -> HeightRange {
+    /// Heights at a fine grid of places over the root and a little beyond.
+    fn heights_over(&self, size_m: f64) -> impl Iterator<Item = f32> {
         let steps = 256;
-        let at = |i: i32| (f64::from(i) / f64::from(steps) - 0.5) * 1.1 * size_m;
-        let mut range = HeightRange { min_m: f32::INFINITY, max_m: f32::NEG_INFINITY };
-        for (row, column) in (0..=steps).flat_map(|row| (0..=steps).map(move |c| (row, c))) {
-            let height_m = (self.height_m)(dvec2(at(column), at(row))) as f32;
-            range.min_m = range.min_m.min(height_m);
-            range.max_m = range.max_m.max(height_m);
-        }
-        range
+        let at = move |i: i32| (f64::from(i) / f64::from(steps) - 0.5) * 1.1 * size_m;
+        (0..=steps)
+            .flat_map(move |row| (0..=steps).map(move |column| dvec2(at(column), at(row))))
+            .map(|place| (self.height_m)(place) as f32)
+    }
+
+    /// Range of the heights; 0 to 0 where there are none.
+    fn range_over(&self, size_m: f64) -> HeightRange {
+        let held = self.heights_over(size_m).filter(|&height_m| HeightSamples::is_height(height_m));
+        let range =
+            held.map(|height_m| (height_m, height_m)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let (min_m, max_m) = range.unwrap_or_default();
+        HeightRange { min_m, max_m }
+    }
+
+    fn has_voids_over(&self, size_m: f64) -> bool {
+        self.heights_over(size_m).any(|height_m| !HeightSamples::is_height(height_m))
     }
 }
 

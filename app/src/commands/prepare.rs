@@ -1,19 +1,17 @@
 //! `terrain prepare`: rasters in, a dataset out.
 
 use std::fmt::Write;
-use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use indicatif::{ProgressBar, ProgressStyle};
 use terrain_core::dataset::{ColourEncoding, ColourFormat, HeightEncoding};
-use terrain_core::prepare::{LayerSummary, PrepareRequest, PrepareSummary, Progress, prepare};
+use terrain_core::prepare::{LayerSummary, PrepareRequest, PrepareSummary, prepare};
 
 use crate::output;
+use crate::progress::PhaseProgress;
 
 /// Makes a dataset of height rasters and pictures
 #[derive(Args, Debug)]
@@ -73,6 +71,11 @@ pub struct PrepareArgs {
     /// Leave gaps in the heights as they are
     #[arg(long)]
     keep_voids: bool,
+
+    /// Go on with the layers (heights, colours) that the same command with --resume finished before
+    /// it was interrupted; a layer begun is made anew
+    #[arg(long)]
+    resume: bool,
 }
 
 /// West, south, east, north.
@@ -109,7 +112,7 @@ pub fn run(args: PrepareArgs) -> anyhow::Result<()> {
     let flag = cancel.clone();
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
         .context("cannot catch Ctrl-C")?;
-    let bar = TerminalProgress::new();
+    let bar = PhaseProgress::new();
     let summary = prepare(&request_of(args), &bar, &cancel);
     bar.clear();
     output::print(&text_of(&summary?)?)
@@ -135,6 +138,7 @@ fn request_of(args: PrepareArgs) -> PrepareRequest {
         },
         jpeg_format: ColourFormat::Bc7,
         keep_voids: args.keep_voids,
+        is_resumable: args.resume,
         ..PrepareRequest::new(args.dem, args.dom, args.out)
     }
 }
@@ -175,54 +179,6 @@ fn write_layer(
         "{name}      {width} x {height}, {levels} levels, {tiles} tiles, {megabytes:.1} MB"
     )?;
     Ok(width as f64 * height as f64)
-}
-
-/// A progress bar on a terminal, once the work has taken a second; nothing elsewhere.
-struct TerminalProgress {
-    bar: Option<ProgressBar>,
-    phase: Mutex<String>,
-    started: std::time::Instant,
-}
-
-impl TerminalProgress {
-    fn new() -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
-            let bar = ProgressBar::hidden();
-            if let Ok(style) =
-                ProgressStyle::with_template("{msg:18} {wide_bar} {percent:>3} % {eta}")
-            {
-                bar.set_style(style);
-            }
-            bar
-        });
-        Self { bar, phase: Mutex::new(String::new()), started: std::time::Instant::now() }
-    }
-
-    fn clear(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
-    }
-}
-
-impl Progress for TerminalProgress {
-    fn advanced(&self, phase: &str, done: u64, total: u64) {
-        let Some(bar) = &self.bar else { return };
-        if self.started.elapsed().as_secs_f64() < 1.0 {
-            return;
-        }
-        if bar.is_hidden() {
-            bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
-        }
-        let mut known = self.phase.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        if *known != phase {
-            phase.clone_into(&mut known);
-            bar.set_message(phase.to_owned());
-            bar.reset_eta();
-        }
-        bar.set_length(total);
-        bar.set_position(done);
-    }
 }
 
 fn parse_epsg(text: &str) -> Result<u32, String> {

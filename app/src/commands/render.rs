@@ -2,25 +2,30 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::Args;
-use terrain_core::CameraView;
 use terrain_core::dataset::{Dataset, TileSource};
 use terrain_core::gpu::AdapterChoice;
 use terrain_core::measure::{CameraSpec, FrameRecord};
+use terrain_core::reference::{ReferenceScene, ReferenceSettings, render_reference};
+use terrain_core::{CameraView, RendererSettings};
 
 use crate::drawing_args::{DrawingArgs, Size};
 use crate::ground::Ground;
 use crate::headless::Headless;
+use crate::progress::PhaseProgress;
 use crate::{npy, output, pictures};
 
 /// What to draw.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Example:
+Examples:
   terrain render alps --camera x=463500,y=6820000,agl=800,heading=215,pitch=-12,fov=50 \\
-      --size 1280x720 --out view.png")]
+      --size 1280x720 --out view.png
+  terrain render alps --camera x=463500,y=6820000,agl=800,heading=215,pitch=-12 \\
+      --reference --out exact.png --coordinates exact.npy")]
 pub struct RenderArgs {
     /// The dataset: a folder made by terrain prepare
     dataset: PathBuf,
@@ -51,6 +56,11 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
 
+    /// Trace the exact picture on the CPU instead, from the full-resolution data, to tell how true a
+    /// drawn one is; of the options on drawing only --exaggeration counts
+    #[arg(long, conflicts_with_all = ["settle", "frames", "json"])]
+    reference: bool,
+
     /// Print what the frames did and cost, as JSON
     #[arg(long)]
     json: bool,
@@ -65,20 +75,70 @@ pub fn run(args: &RenderArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
     // One picture may take its time: drawn as on hardware, whatever the adapter.
     let settings = args.drawing.settings(1.0).for_adapter(false);
     let view = view_of(args, &*source, settings.vertical_exaggeration)?;
-    let mut headless = Headless::open(source, adapter, settings, args.size.0)?;
-    let record = draw(args, &mut headless, &view)?;
+    let drawn = match args.reference {
+        true => trace(source, &view, &settings)?,
+        false => draw(args, source, &view, adapter, settings)?,
+    };
     if let Some(path) = &args.out {
-        pictures::write_png(path, args.size.0, &headless.picture()?)?;
+        pictures::write_png(path, args.size.0, &drawn.rgba)?;
     }
     if let Some(path) = &args.coordinates {
         let [width, height] = args.size.0.map(|side| side as usize);
-        let points = headless.ground_coordinates(&view)?;
-        npy::write_f64(path, [height, width, 3], points.into_iter().flatten())?;
+        npy::write_f64(path, [height, width, 3], drawn.ground.into_iter().flatten())?;
     }
-    if args.json {
+    if let Some(record) = drawn.record.filter(|_| args.json) {
         output::print(&(serde_json::to_string_pretty(&record)? + "\n"))?;
     }
     Ok(())
+}
+
+/// A picture, however it came about.
+struct Drawn {
+    /// RGBA, 8 bits a channel, first row on top.
+    rgba: Vec<u8>,
+    /// The ground at every pixel, in true heights; empty where it is not asked for.
+    ground: Vec<[f64; 3]>,
+    /// What the frames did; `None` where none were drawn.
+    record: Option<FrameRecord>,
+}
+
+/// Draws frames on the GPU.
+fn draw(
+    args: &RenderArgs,
+    source: Arc<dyn TileSource>,
+    view: &CameraView,
+    adapter: &AdapterChoice,
+    settings: RendererSettings,
+) -> anyhow::Result<Drawn> {
+    let mut headless = Headless::open(source, adapter, settings, args.size.0)?;
+    let record = draw_frames(args, &mut headless, view)?;
+    let rgba = headless.picture()?;
+    let ground = match args.coordinates {
+        Some(_) => headless.ground_coordinates(view)?,
+        None => Vec::new(),
+    };
+    Ok(Drawn { rgba, ground, record: Some(record) })
+}
+
+/// Traces the exact picture on the CPU.
+fn trace(
+    source: Arc<dyn TileSource>,
+    view: &CameraView,
+    settings: &RendererSettings,
+) -> anyhow::Result<Drawn> {
+    let scene = ReferenceScene::open(source)?;
+    let bar = PhaseProgress::new();
+    let settings = ReferenceSettings::of_renderer(settings);
+    let picture = render_reference(&scene, view, &settings, &bar, &AtomicBool::new(false));
+    bar.clear();
+    let picture = picture?;
+    let exaggeration = settings.vertical_exaggeration;
+    let true_height = |[x, y, z]: [f64; 3]| [x, y, z / exaggeration];
+    Ok(Drawn {
+        ground: picture.coordinates.iter().map(|point| true_height(point.to_array())).collect(),
+        rgba: picture.rgba.into_flattened(),
+        record: None,
+    })
 }
 
 /// The camera's view; its height above ground goes by the finest heights there are.
@@ -106,7 +166,7 @@ fn view_of(
     }
 }
 
-fn draw(
+fn draw_frames(
     args: &RenderArgs,
     headless: &mut Headless,
     view: &CameraView,

@@ -5,6 +5,7 @@ use glam::DVec3;
 use terrain_core::dataset::Manifest;
 use terrain_core::gpu::DebugImage;
 use terrain_core::measure::FrameRecord;
+use terrain_core::selection::Strategy;
 use terrain_core::{AntiAliasing, DebugView, RendererSettings};
 
 use super::keys::{Action, HELP};
@@ -119,6 +120,7 @@ impl Panel<'_> {
 
     fn sliders(&mut self, ui: &mut Ui) {
         let settings = &mut *self.settings;
+        strategy_choice(ui, settings);
         cache_choice(ui, settings);
         let slots = (settings.cache_columns * settings.cache_rows) as usize;
         ui.add(Slider::new(&mut settings.max_tiles, 1..=slots).text("MaxofTiles"))
@@ -189,6 +191,17 @@ fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui))
 
 fn slider(value: &mut f64, least: f64, most: f64) -> Slider<'_> {
     Slider::new(value, least..=most).logarithmic(true).max_decimals(2)
+}
+
+fn strategy_choice(ui: &mut Ui, settings: &mut RendererSettings) {
+    egui::ComboBox::from_label("strategy").selected_text(settings.strategy.name()).show_ui(
+        ui,
+        |ui| {
+            for strategy in Strategy::ALL {
+                ui.selectable_value(&mut settings.strategy, strategy, strategy.name());
+            }
+        },
+    );
 }
 
 fn cache_choice(ui: &mut Ui, settings: &mut RendererSettings) {

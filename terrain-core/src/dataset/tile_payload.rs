@@ -35,13 +35,23 @@ pub enum HeightSamples {
         /// One word a sample; [`HeightSamples::NO_DATA_WORD`] marks a sample without data.
         words: Vec<u16>,
     },
-    /// Heights in metres; NaN marks a sample without data.
+    /// Heights in metres; NaN, or anything beyond [`HeightSamples::MOST_HEIGHT_M`], marks a sample
+    /// without data.
     Metres(Vec<f32>),
 }
 
 impl HeightSamples {
     /// The word of a sample without data.
     pub const NO_DATA_WORD: u16 = u16::MAX;
+
+    /// Heights farther than this above or below the datum, in metres, are no heights: no solid body
+    /// known has such relief, and files mark voids with the largest floats without saying so.
+    pub const MOST_HEIGHT_M: f32 = 1.0e6;
+
+    /// Whether a float is a height, and no mark of a void or a failed computation.
+    pub fn is_height(height_m: f32) -> bool {
+        height_m.abs() <= Self::MOST_HEIGHT_M
+    }
 
     /// Height of the sample at `index` in metres; `None` where there is no data.
     pub fn height_m(&self, index: usize) -> Option<f32> {
@@ -50,7 +60,9 @@ impl HeightSamples {
                 let word = words[index];
                 (word != Self::NO_DATA_WORD).then(|| (base_steps + i32::from(word)) as f32 * step_m)
             }
-            Self::Metres(heights_m) => Some(heights_m[index]).filter(|height| !height.is_nan()),
+            Self::Metres(heights_m) => {
+                Some(heights_m[index]).filter(|&height_m| Self::is_height(height_m))
+            }
         }
     }
 

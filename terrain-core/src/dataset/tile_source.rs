@@ -33,7 +33,7 @@ pub struct Loaded<T> {
 }
 
 /// Why a tile could not be loaded. The file and the tile are always named.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Debug, thiserror::Error)]
 pub enum LoadError {
     /// The tile is not in the archive.
     #[error("{}: no tile {tile}", path.display())]

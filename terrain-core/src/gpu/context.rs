@@ -115,7 +115,9 @@ impl GpuContext {
     /// Features that are used where they exist; none is required.
     pub const OPTIONAL_FEATURES: wgpu::Features = wgpu::Features::TEXTURE_COMPRESSION_BC
         .union(wgpu::Features::TIMESTAMP_QUERY)
-        .union(wgpu::Features::POLYGON_MODE_LINE);
+        .union(wgpu::Features::POLYGON_MODE_LINE)
+        .union(wgpu::Features::SHADER_F16)
+        .union(wgpu::Features::SHADER_F64);
 
     /// The entry to the drivers for this choice. Needed before the context only to make a surface.
     pub fn instance(choice: &AdapterChoice) -> wgpu::Instance {
@@ -161,6 +163,12 @@ impl GpuContext {
         let failure = Arc::new(Mutex::new(None));
         report_failures(&device, &failure);
         Ok(Self { instance, adapter, device, queue, failure })
+    }
+
+    /// The adapter's name with the interface it is reached by and its driver, for records.
+    pub fn adapter_name(&self) -> String {
+        let info = self.adapter.get_info();
+        format!("{} ({}, {})", info.name, info.backend, info.driver_info)
     }
 
     /// Whether the adapter is a program on the CPU, such as Mesa's lavapipe.

@@ -2,14 +2,16 @@ use super::coordinate_pass::CoordinatePass;
 use super::displaced_mesh::DisplacedMesh;
 use super::frame_bindings::FrameBindings;
 use super::readback_ring::ReadbackRing;
-use crate::CameraView;
 use crate::selection::CoordinateImage;
+use crate::{CameraView, RendererSettings};
 
 /// The coordinate pass of selection and the ring that brings its images back.
 pub(crate) struct CoordinateFeedback {
     pub pass: CoordinatePass,
     ring: ReadbackRing<ReadbackTicket>,
     size_px: [u32; 2],
+    /// Frames that an image is held back.
+    latency_frames: u32,
 }
 
 /// The frame and the camera that drew an image.
@@ -20,14 +22,22 @@ struct ReadbackTicket {
 }
 
 impl CoordinateFeedback {
-    /// Buffers of the ring: one being drawn, one on its way, one being read.
+    /// Buffers of the ring: one being drawn, one on its way, one being read, and as many as are held
+    /// back.
     const BUFFERS: u32 = 3;
     const TEXEL_BYTES: u32 = 8;
 
-    pub fn new(device: &wgpu::Device, bindings: &FrameBindings, size_px: [u32; 2]) -> Self {
+    pub fn new(
+        device: &wgpu::Device,
+        bindings: &FrameBindings,
+        settings: &RendererSettings,
+    ) -> Self {
+        let size_px = settings.coordinate_size_px;
+        let latency_frames = settings.readback_latency_frames;
         let pass = CoordinatePass::new(device, bindings, CoordinatePass::REGION_FORMAT, size_px);
-        let ring = ReadbackRing::new(device, Self::BUFFERS, size_px, Self::TEXEL_BYTES);
-        Self { pass, ring, size_px }
+        let buffers = Self::BUFFERS + latency_frames;
+        let ring = ReadbackRing::new(device, buffers, size_px, Self::TEXEL_BYTES);
+        Self { pass, ring, size_px, latency_frames }
     }
 
     /// Bytes of one image.
@@ -62,11 +72,14 @@ impl CoordinateFeedback {
         self.ring.begin(buffer, ReadbackTicket { frame, view });
     }
 
-    /// The newest image that has come back since the last call, and how many have. Never waits.
-    pub fn take_newest(&mut self) -> Option<(CoordinateImage, u64)> {
+    /// The newest image that may be used in this frame of those that have come back since the last
+    /// call, and how many have. Never waits.
+    pub fn take_newest(&mut self, frame: u64) -> Option<(CoordinateImage, u64)> {
         let mut newest = None;
         let mut count = 0;
-        while let Some(readback) = self.ring.take() {
+        let latency_frames = u64::from(self.latency_frames);
+        let is_due = |ticket: &ReadbackTicket| ticket.frame + latency_frames <= frame;
+        while let Some(readback) = self.ring.take_if(is_due) {
             newest = Some(readback);
             count += 1;
         }

@@ -17,10 +17,14 @@ mod displaced_mesh;
 mod frame_bindings;
 mod frame_uniforms;
 mod height_atlas;
+mod limit_surface_buffers;
+mod limit_surface_pass;
 mod mesh_buffers;
 mod offscreen_target;
 mod offset_table_buffer;
 mod picture;
+mod precision_depth_probe;
+mod precision_probe;
 mod readback_ring;
 mod scene_meshes;
 pub mod shader_library;
@@ -40,10 +44,16 @@ pub use debug_image_pass::{DEBUG_IMAGE_FORMAT, DebugImage};
 pub(crate) use debug_image_pass::{DebugImagePass, DebugImageSource};
 pub(crate) use frame_bindings::FrameBindings;
 pub use frame_uniforms::{FrameUniforms, TableRange};
+pub use limit_surface_pass::{LimitGpuColour, LimitGpuPicture, LimitSurfacePass};
 pub(crate) use offscreen_target::read_texture;
 pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
-pub use offset_table_buffer::{TileEntry, TilePlace};
+pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};
 pub(crate) use picture::{Picture, PictureTarget};
+pub use precision_depth_probe::probe_depth;
+pub use precision_probe::{
+    Answer, NativeFloat, Operands, Outcome, Results, Trial, probe_encodings, probe_floats,
+    probe_native, probe_span,
+};
 pub(crate) use scene_meshes::{MeshScene, SceneMeshes};
 pub(crate) use terrain_cache::TerrainCache;
 pub(crate) use terrain_pass::TerrainPassSettings;

@@ -91,12 +91,13 @@ impl<M> ReadbackRing<M> {
         self.in_flight.push_back(InFlight { buffer, state, metadata });
     }
 
-    /// The oldest texture that has come back since the last call, if any. Never waits: the device
-    /// must be polled for the answers to arrive.
-    pub fn take(&mut self) -> Option<Readback<M>> {
+    /// The oldest texture that has come back since the last call, if any and if it is due. Never waits:
+    /// the device must be polled for the answers to arrive.
+    pub fn take_if(&mut self, is_due: impl Fn(&M) -> bool) -> Option<Readback<M>> {
         loop {
-            let state = self.in_flight.front()?.state.load(Ordering::Acquire);
-            if state == WAITING {
+            let oldest = self.in_flight.front()?;
+            let state = oldest.state.load(Ordering::Acquire);
+            if state == WAITING || !is_due(&oldest.metadata) {
                 return None;
             }
             let InFlight { buffer, metadata, .. } = self.in_flight.pop_front()?;

@@ -30,6 +30,8 @@ pub(crate) struct MeshScene<'a> {
     pub height_range_m: [f64; 2],
     pub data_extent: &'a Extent,
     pub triangle_px: f64,
+    /// Whether there may be a coordinate pass.
+    pub has_coordinates: bool,
 }
 
 impl SceneMeshes {
@@ -55,7 +57,7 @@ impl SceneMeshes {
         self.coordinates.as_ref()
     }
 
-    /// Brings both meshes to the scene. Returns the bytes sent and whether a mesh was built anew, so
+    /// Brings the meshes that are needed to the scene. Returns the bytes sent and whether a mesh was built anew, so
     /// that nothing of it is displaced yet.
     pub fn set_up(
         &mut self,
@@ -65,9 +67,10 @@ impl SceneMeshes {
     ) -> (u64, bool) {
         let passes = (&self.displace, &self.sort_triangles);
         let (mut sent, mut rebuilt) = (0, false);
-        for (mesh, factor) in
-            [(&mut self.picture, 1.0), (&mut self.coordinates, Self::COORDINATE_TRIANGLE_FACTOR)]
-        {
+        let picture = Some((&mut self.picture, 1.0));
+        let coordinates = (&mut self.coordinates, Self::COORDINATE_TRIANGLE_FACTOR);
+        let coordinates = scene.has_coordinates.then_some(coordinates);
+        for (mesh, factor) in picture.into_iter().chain(coordinates) {
             let wanted = scene.mesh_settings(factor);
             let mesh = match mesh.take() {
                 Some(built) if built.serves(&wanted) => mesh.insert(built),

@@ -42,9 +42,28 @@ pub static DERIVE_COLOURS: Shader = shader!("derive_colours");
 pub static LOOKUP_PROBE: Shader = shader!("lookup_probe", "frame", "tile_lookup", "height_sample");
 /// Pictures of the renderer's own textures.
 pub static DEBUG_IMAGE: Shader = shader!("debug_image");
+/// Rays on a limit-triangulated surface.
+pub static LIMIT_SURFACE: Shader = shader!("limit_surface");
+/// Places on Earth decoded from every encoding.
+pub static PRECISION_ENCODINGS: Shader = shader!("precision_encodings", "frame", "tile_lookup");
+/// Bits of a span's dot products, tried one by one.
+pub static PRECISION_SPAN: Shader = shader!("precision_span", "real_f32");
+/// A texture coordinate computed in the device's own floats.
+pub static PRECISION_NATIVE: Shader = shader!("precision_native", "real_f32");
+/// Operations that tricks for more precision rest on.
+pub static PRECISION_FLOATS: Shader = shader!("precision_floats");
+/// Squares one behind the other, for the depth test.
+pub static PRECISION_DEPTH: Shader = shader!("precision_depth");
 
-/// Every shader of the library, for tests that look at all of them.
-pub static ALL: [&Shader; 9] = [
+/// [`PRECISION_SPAN`] in f64, for devices that have it.
+pub static PRECISION_SPAN_F64: Shader = shader!("precision_span", "real_f64");
+/// [`PRECISION_NATIVE`] in f64, for devices that have it.
+pub static PRECISION_NATIVE_F64: Shader = shader!("precision_native", "real_f64");
+/// [`PRECISION_NATIVE`] in f16, for devices that have it.
+pub static PRECISION_NATIVE_F16: Shader = shader!("precision_native", "real_f16");
+
+/// Every shader of the library that needs no optional feature, for tests that look at all of them.
+pub static ALL: [&Shader; 15] = [
     &DISPLACE,
     &SORT_TRIANGLES,
     &TERRAIN,
@@ -54,7 +73,18 @@ pub static ALL: [&Shader; 9] = [
     &DERIVE_COLOURS,
     &LOOKUP_PROBE,
     &DEBUG_IMAGE,
+    &LIMIT_SURFACE,
+    &PRECISION_ENCODINGS,
+    &PRECISION_SPAN,
+    &PRECISION_NATIVE,
+    &PRECISION_FLOATS,
+    &PRECISION_DEPTH,
 ];
+
+/// The shaders that compute in f64 or f16, for tests that look at all of them.
+#[cfg(test)]
+pub static WITH_OTHER_FLOATS: [&Shader; 3] =
+    [&PRECISION_SPAN_F64, &PRECISION_NATIVE_F64, &PRECISION_NATIVE_F16];
 
 impl Shader {
     /// The whole text, common parts first.

@@ -1,11 +1,12 @@
 use serde::{Deserialize, Serialize};
 
+use super::error::MeasuredErrors;
 use super::{ByteCause, ByteTotals};
 
 /// What one frame did and what it cost: a row of `frames.csv`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrameRecord {
-    /// How tiles were selected.
+    /// How tiles were selected: a strategy's name.
     pub strategy: String,
     /// Number of the frame, from 0.
     pub frame: u64,
@@ -46,7 +47,7 @@ pub struct FrameRecord {
     /// Bytes read back from the GPU.
     pub readback_bytes: u64,
     /// How many frames ago the region that tiles were selected by was drawn; `None` before the
-    /// first.
+    /// first, and for a strategy that goes without.
     pub region_age_frames: Option<u64>,
     /// Finest level selected.
     pub finest_level: u8,
@@ -56,6 +57,9 @@ pub struct FrameRecord {
     pub blocks_drawn: u64,
     /// Triangles of the mesh drawn.
     pub triangles_drawn: u64,
+    /// What was measured of the picture.
+    #[serde(flatten)]
+    pub errors: MeasuredErrors,
 }
 
 impl FrameRecord {
@@ -93,17 +97,19 @@ impl FrameRecord {
 
     /// The first line of `frames.csv`, without a line break.
     pub fn csv_header() -> String {
-        Self::default().columns().map(|(name, _)| name).join(",")
+        let names = Self::default().columns().into_iter().map(|(name, _)| name);
+        names.collect::<Vec<_>>().join(",")
     }
 
     /// The record as a line of `frames.csv`, without a line break. What is not known is empty.
     pub fn csv_row(&self) -> String {
-        self.columns().map(|(_, value)| value).join(",")
+        let values = self.columns().into_iter().map(|(_, value)| value);
+        values.collect::<Vec<_>>().join(",")
     }
 
-    fn columns(&self) -> [(&'static str, String); 25] {
+    fn columns(&self) -> Vec<(&'static str, String)> {
         let optional = |value: Option<String>| value.unwrap_or_default();
-        [
+        let mut columns = vec![
             ("strategy", csv_field(&self.strategy)),
             ("frame", self.frame.to_string()),
             ("time_s", format!("{:.6}", self.time_s)),
@@ -129,7 +135,12 @@ impl FrameRecord {
             ("coordinate_pass_drawn", self.coordinate_pass_drawn.to_string()),
             ("blocks_drawn", self.blocks_drawn.to_string()),
             ("triangles_drawn", self.triangles_drawn.to_string()),
-        ]
+        ];
+        let errors = self.errors.columns().into_iter();
+        columns.extend(
+            errors.map(|(name, error)| (name, optional(error.map(|error| format!("{error:.6}"))))),
+        );
+        columns
     }
 }
 

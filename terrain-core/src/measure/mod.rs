@@ -1,12 +1,17 @@
-//! Flights to repeat, and what is counted while they are flown.
+//! Flights to repeat, what is counted while they are flown, and how far their pictures are from the
+//! exact ones.
 
 mod camera_spec;
 mod demo_flights;
+pub mod error;
 mod flight;
 mod flight_recorder;
 mod frame_record;
 mod ledger;
 mod monotone_curve;
+pub mod motion;
+pub mod report;
+pub mod sweep;
 
 pub use camera_spec::{CameraHeight, CameraSpec, CameraSpecError};
 pub use flight::{Flight, FlightError, Keyframe};

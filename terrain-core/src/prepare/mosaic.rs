@@ -137,6 +137,12 @@ impl Mosaic {
         is_empty: impl Fn(&T) -> bool,
         read: impl Fn(&dyn RasterSource, Window) -> Result<Vec<T>, SourceError>,
     ) -> Result<Vec<T>, SourceError> {
+        if let [member] = &self.members[..]
+            && let Some((part, 0, 0)) = member.overlap(window)
+            && (part.width as usize, part.height as usize) == (window.width, window.height)
+        {
+            return read(member.source.as_ref(), part);
+        }
         let mut out = vec![empty; window.width * window.height];
         for (piece, first_column) in self.pieces(window) {
             for member in &self.members {

@@ -126,7 +126,15 @@ impl<T: Texel> LevelRows<T> {
             let (west, east) = (2 * column, 2 * column + 1);
             T::average([north[west], at(Some(north), east), at(south, west), at(south, east)])
         };
-        Some((0..self.width.div_ceil(2)).map(average).collect())
+        // Whole squares need no look at what is beyond the raster.
+        let pairs_of = |row| <[T]>::as_chunks::<2>(row).0;
+        let whole = pairs_of(north).iter().zip(south.map_or(&[][..], |south| pairs_of(south)));
+        let mut coarser = Vec::with_capacity(self.width.div_ceil(2));
+        coarser.extend(
+            whole.map(|(north, south)| T::average([north[0], north[1], south[0], south[1]])),
+        );
+        coarser.extend((coarser.len()..self.width.div_ceil(2)).map(average));
+        Some(coarser)
     }
 
     fn forget_before(&mut self, row: usize) {

@@ -78,14 +78,17 @@ impl LinearColour {
     /// The sRGB colour (not multiplied) and the coverage, 8 bits each.
     pub fn to_srgb(self) -> [u8; 4] {
         let [r, g, b, coverage] = self.0;
-        let table = &*SRGB_FROM_LINEAR;
-        let byte = |value: u16| match coverage {
-            u16::MAX => table[usize::from(value)],
-            0 => 0,
-            _ => {
-                let full = u32::from(value) * 65535 / u32::from(coverage);
-                table[full.min(65535) as usize]
-            }
+        let table: &[u8; 65536] = &SRGB_FROM_LINEAR;
+        if coverage == u16::MAX {
+            let byte = |value: u16| table[usize::from(value)];
+            return [byte(r), byte(g), byte(b), u8::MAX];
+        }
+        if coverage == 0 {
+            return [0; 4];
+        }
+        let byte = |value: u16| {
+            let full = u32::from(value) * 65535 / u32::from(coverage);
+            table[full.min(65535) as usize]
         };
         [byte(r), byte(g), byte(b), ((u32::from(coverage) + 128) / 257) as u8]
     }
@@ -99,17 +102,17 @@ pub static LINEAR_FROM_SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| {
 static WHOLE_LINEAR_FROM_SRGB: LazyLock<[u16; 256]> =
     LazyLock::new(|| LINEAR_FROM_SRGB.map(|linear| (linear + 0.5) as u16));
 
-static SRGB_FROM_LINEAR: LazyLock<Vec<u8>> = LazyLock::new(|| {
-    (0..=65535_u32)
-        .map(|linear| (255.0 * srgb_from_linear(f64::from(linear) / 65535.0)).round() as u8)
-        .collect()
+static SRGB_FROM_LINEAR: LazyLock<[u8; 65536]> = LazyLock::new(|| {
+    std::array::from_fn(|linear| (255.0 * srgb_from_linear(linear as f64 / 65535.0)).round() as u8)
 });
 
-fn linear_from_srgb(encoded: f64) -> f64 {
+/// Linear light in 0..=1 of an sRGB-encoded value in 0..=1 (IEC 61966-2-1).
+pub fn linear_from_srgb(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
-fn srgb_from_linear(linear: f64) -> f64 {
+/// The inverse of [`linear_from_srgb`].
+pub fn srgb_from_linear(linear: f64) -> f64 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 

@@ -1,9 +1,8 @@
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::TileList;
+use super::sort_keys::FarthestOrder;
 use super::tile_list::{Child, Node};
-use crate::tiling::TileId;
 
 /// Step 4 of the paper's tile selection: merging the farthest tile until at most `max_tiles` (the
 /// paper's MaxofTiles; 0 is taken as 1) are on the list. Returns the number of merges.
@@ -29,12 +28,15 @@ pub fn merge_farthest(list: &mut TileList, max_tiles: usize) -> usize {
     let mut merges = 0;
     let mut queue = FarthestFirst::new(list, list.len() - max_tiles);
     while list.len() > max_tiles {
-        // Every listed tile but the root is in the queue, so it lasts as long as there is one.
+        // Every listed tile but the root has its siblings' farthest or itself in the queue, so it
+        // lasts as long as there is one.
         let Some(candidate) = queue.pop() else { break };
-        if !list.node(candidate.index).is_listed {
-            continue; // left the list after it came into the queue
-        }
         let parent = list.node(candidate.index).parent;
+        if !list.node(candidate.index).is_listed {
+            // Left the list after it came into the queue; some of its siblings may have stayed.
+            queue.returned.extend(farthest_child(list, parent));
+            continue;
+        }
         if replace_by_parent(list, parent) {
             queue.returned.push(Candidate::new(parent, list.node(parent)));
         }
@@ -43,13 +45,18 @@ pub fn merge_farthest(list: &mut TileList, max_tiles: usize) -> usize {
     merges
 }
 
+/// The one of a tile's listed children that goes first.
+fn farthest_child(list: &TileList, parent: u32) -> Option<Candidate> {
+    let children = list.node(parent).children.into_iter().filter_map(Child::node);
+    let listed = children.filter(|&child| list.node(child).is_listed);
+    listed.map(|child| Candidate::new(child, list.node(child))).max()
+}
+
 /// Takes the children of `parent` off the list, puts it on and regularises; returns whether it came
 /// on the list anew and takes part in further merges.
 fn replace_by_parent(list: &mut TileList, parent: u32) -> bool {
-    for child in list.node(parent).children {
-        if let Child::Node(child) = child {
-            list.set_listed(child, false);
-        }
+    for child in list.node(parent).children.into_iter().filter_map(Child::node) {
+        list.set_listed(child, false);
     }
     if list.node(parent).is_listed {
         return false;
@@ -64,29 +71,39 @@ fn replace_by_parent(list: &mut TileList, parent: u32) -> bool {
 
 /// The tiles of a list but the root, farthest first.
 ///
-/// Sorting a part of them once is faster than a heap of all: most merges take tiles that
-/// were on the list from the beginning, and only as many as the list is too long by.
+/// Of siblings only the farthest is kept: the others leave the list together with it. Sorting a part
+/// of them once is faster than a heap of all: most merges take tiles that were on the list from the
+/// beginning, and only as many as the list is too long by.
 struct FarthestFirst {
     /// Nearer than all of `sorted`, in no order.
     rest: Vec<Candidate>,
     /// Farthest last.
     sorted: Vec<Candidate>,
-    /// Parents that merging put on the list.
+    /// Tiles that came after: parents that merging put on the list, siblings of tiles that left it.
     returned: BinaryHeap<Candidate>,
 }
 
 impl FarthestFirst {
     /// `excess`: by how many the list is too long.
     fn new(list: &TileList, excess: usize) -> Self {
-        let rest = (0u32..)
-            .zip(list.nodes())
-            .skip(1)
-            .filter(|(_, node)| node.is_listed)
-            .map(|(index, node)| Candidate::new(index, node))
-            .collect();
+        let mut rest: Vec<Candidate> = Vec::with_capacity(list.len() / 2);
+        let mut last_parent = None;
+        for (index, node) in (0u32..).zip(list.nodes()).skip(1).filter(|(_, node)| node.is_listed) {
+            let candidate = Candidate::new(index, node);
+            match rest.last_mut() {
+                // Siblings mostly stand side by side; where they do not, one more is no harm.
+                Some(sibling) if last_parent == Some(node.parent) => {
+                    if candidate > *sibling {
+                        *sibling = candidate;
+                    }
+                }
+                _ => rest.push(candidate),
+            }
+            last_parent = Some(node.parent);
+        }
         let mut queue = Self { rest, sorted: Vec::new(), returned: BinaryHeap::new() };
-        // Four siblings make one parent: a third more tiles go than the list gets shorter by.
-        queue.sort_farthest(excess + excess / 3);
+        // Four siblings make one parent: a merge makes the list shorter by three.
+        queue.sort_farthest(excess / 3 + 1);
         queue
     }
 
@@ -115,34 +132,14 @@ impl FarthestFirst {
 }
 
 /// A tile that may be merged away; the greatest is the next to go.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Candidate {
-    distance_m: f64,
-    tile: TileId,
+    order: FarthestOrder,
     index: u32,
 }
 
 impl Candidate {
     fn new(index: u32, node: &Node) -> Self {
-        Self { distance_m: node.distance_m, tile: node.tile, index }
+        Self { order: FarthestOrder::new(node.distance_m, node.tile), index }
     }
 }
-
-impl Ord for Candidate {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.distance_m.total_cmp(&other.distance_m).then_with(|| self.tile.cmp(&other.tile))
-    }
-}
-
-impl PartialOrd for Candidate {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Candidate {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Candidate {}

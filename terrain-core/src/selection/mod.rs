@@ -1,22 +1,34 @@
-//! Which tiles a view needs: the stages of the tile-scheduling paper, each a pure function.
+//! Which tiles a view needs: a [`Strategy`] chooses them, and all strategies' [`Selection`]s go the
+//! same way from there.
 //!
+//! `rtt-quadtree` is the tile-scheduling paper's own, each stage a pure function:
 //! `CoordinateImage -> visible_region -> subdivide -> regularize -> merge_farthest -> Selection`,
 //! after Liu Hao et al., "Dynamic Scheduling and Real-time Rendering Method for Large-Scale
 //! Terrain", section 3.1. [`select`] runs the stages in order.
+//!
+//! `cpu-frustum` is the traditional way, without a look at what the GPU drew: [`select_by_frustum`].
 
+mod cpu_frustum;
 mod merge_farthest;
 mod regularize;
 mod rtt_quadtree;
+mod sort_keys;
+mod strategy;
 mod subdivide;
 mod tile_list;
+mod tile_selection;
 mod tile_tree;
+mod view_pyramid;
 mod visible_region;
 
+pub use cpu_frustum::select_by_frustum;
 pub use merge_farthest::merge_farthest;
 pub use regularize::regularize;
-pub use rtt_quadtree::{Selection, SelectionStatistics, select};
+pub use rtt_quadtree::select;
+pub use strategy::{SelectionStrategy, Strategy, UnknownStrategy};
 pub use subdivide::{SelectionConfig, subdivide};
 pub use tile_list::TileList;
+pub use tile_selection::{Selection, SelectionStatistics};
 pub use tile_tree::{LayerTree, TileTree};
 pub use visible_region::{CoordinateImage, VisibleRegion, visible_region};
 

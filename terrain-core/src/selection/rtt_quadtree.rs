@@ -1,32 +1,26 @@
-use std::collections::HashSet;
-
 use super::{
-    LayerTree, SelectionConfig, TileTree, VisibleRegion, merge_farthest, regularize, subdivide,
+    Selection, SelectionConfig, SelectionStatistics, SelectionStrategy, TileTree, VisibleRegion,
+    merge_farthest, regularize, subdivide,
 };
 use crate::CameraView;
-use crate::tiling::TileId;
 
-/// The tiles a view is to be drawn with.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Selection {
-    /// The tiles in order of priority: coarsest level first, within a level nearest first, at equal
-    /// distance by row and column. Level 0 is always the first.
-    pub tiles: Vec<TileId>,
-    /// How the selection came about.
-    pub statistics: SelectionStatistics,
-}
+/// The paper's tile scheduling, [`select`], as a strategy.
+pub(super) struct RttQuadtree;
 
-/// Counts of the stages of a selection.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct SelectionStatistics {
-    /// Tiles on the list after subdivision.
-    pub subdivided: usize,
-    /// Tiles the first regularisation took off the list.
-    pub regularized_away: usize,
-    /// Merges of a farthest tile.
-    pub merges: usize,
-    /// Finest level of the selection.
-    pub finest_level: u8,
+impl SelectionStrategy for RttQuadtree {
+    fn needs_region(&self) -> bool {
+        true
+    }
+
+    fn select(
+        &self,
+        tree: &TileTree,
+        region: Option<&VisibleRegion>,
+        view: &CameraView,
+        config: &SelectionConfig,
+    ) -> Selection {
+        select(tree, region, view, config)
+    }
 }
 
 /// Steps 2 to 4 of the paper's tile selection, in its order: subdivision, regularisation, merging.
@@ -44,31 +38,7 @@ pub fn select(
     let subdivided = list.len();
     let regularized_away = regularize(&mut list);
     let merges = merge_farthest(&mut list, config.max_tiles);
-    let tiles = list.by_priority();
-    let finest_level = tiles.last().map_or(0, |tile| tile.level);
-    let statistics = SelectionStatistics { subdivided, regularized_away, merges, finest_level };
-    Selection { tiles, statistics }
-}
-
-impl Selection {
-    /// The height tiles to draw the selection with, in its order; see [`Selection::colour_tiles`].
-    pub fn height_tiles(&self, tree: &TileTree) -> Vec<TileId> {
-        self.tiles_of_layer(&tree.heights)
-    }
-
-    /// The colour tiles to draw the selection with, in its order: for each tile itself or its
-    /// finest ancestor that exists in the layer, each once. Empty without a colour layer.
-    pub fn colour_tiles(&self, tree: &TileTree) -> Vec<TileId> {
-        tree.colours.as_ref().map_or_else(Vec::new, |layer| self.tiles_of_layer(layer))
-    }
-
-    fn tiles_of_layer(&self, layer: &LayerTree) -> Vec<TileId> {
-        let mut seen = HashSet::with_capacity(self.tiles.len());
-        let existing = |&tile: &TileId| {
-            let deepest = tile.ancestor_at(layer.layout.finest_level());
-            std::iter::successors(Some(deepest), |tile| tile.parent())
-                .find(|&ancestor| layer.present.contains(ancestor))
-        };
-        self.tiles.iter().filter_map(existing).filter(|&tile| seen.insert(tile)).collect()
-    }
+    let statistics =
+        SelectionStatistics { subdivided, regularized_away, merges, ..Default::default() };
+    Selection::in_order(list.priorities(), statistics)
 }

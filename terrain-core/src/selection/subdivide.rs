@@ -24,7 +24,7 @@ impl Default for SelectionConfig {
 
 /// Tiles beyond which nothing more is split, whatever the threshold: a bound on time and memory for
 /// settings that ask for the absurd.
-const LISTED_AT_MOST: usize = 1 << 16;
+pub(super) const LISTED_AT_MOST: usize = 1 << 16;
 
 /// Step 2 of the paper's tile selection: quadtree subdivision by distance.
 ///
@@ -48,8 +48,8 @@ pub fn subdivide(
     view: &CameraView,
     config: &SelectionConfig,
 ) -> TileList {
-    let distance_m = |tile| tree.distance_m(tile, view.eye, config.vertical_exaggeration);
-    let mut list = TileList::new(tree, view.eye, config.vertical_exaggeration);
+    let exaggeration = config.vertical_exaggeration;
+    let mut list = TileList::new(tree, view.eye, exaggeration);
     let Some(region) = region else { return list };
     let split_factor = config.texel_px * view.pixel_angle_rad();
     let mut next = TileList::ROOT;
@@ -58,12 +58,14 @@ pub fn subdivide(
         let node = *list.node(next);
         if is_split(tree, node.tile, node.distance_m, split_factor) {
             for (quadrant, child) in node.tile.children().into_iter().enumerate() {
+                let extent = tree.scheme.tile_extent(child);
                 if !tree.contains(child) {
                     if tree.is_empty_ground(child) {
-                        list.set_child(next, quadrant, Child::Empty);
+                        list.set_child(next, quadrant, Child::EMPTY);
                     }
-                } else if tree.scheme.tile_extent(child).touches(&region.extent) {
-                    let index = list.add_child(next, child, distance_m(child));
+                } else if extent.touches(&region.extent) {
+                    let distance_m = tree.distance_within_m(&extent, child, view.eye, exaggeration);
+                    let index = list.add_child(next, child, distance_m);
                     list.set_listed(index, true);
                 }
             }
@@ -75,6 +77,6 @@ pub fn subdivide(
 
 /// Whether the tile's texel appears larger than the threshold: `split_factor` is the threshold in
 /// radians, so the comparison is texel size over distance without the division by a distance of 0.
-fn is_split(tree: &TileTree, tile: TileId, distance_m: f64, split_factor: f64) -> bool {
+pub(super) fn is_split(tree: &TileTree, tile: TileId, distance_m: f64, split_factor: f64) -> bool {
     tile.level < tree.finest_level() && tree.texel_size_m(tile.level) > split_factor * distance_m
 }

@@ -79,7 +79,17 @@ impl TileTree {
     /// Distance in metres from the eye to the nearest point the tile's ground may have: the box of
     /// its extent and its (exaggerated) height range.
     pub fn distance_m(&self, tile: TileId, eye: DVec3, vertical_exaggeration: f64) -> f64 {
-        let extent = self.scheme.tile_extent(tile);
+        self.distance_within_m(&self.scheme.tile_extent(tile), tile, eye, vertical_exaggeration)
+    }
+
+    /// [`Self::distance_m`] of a tile whose extent is known already.
+    pub(super) fn distance_within_m(
+        &self,
+        extent: &Extent,
+        tile: TileId,
+        eye: DVec3,
+        vertical_exaggeration: f64,
+    ) -> f64 {
         let eye_on_map = eye.truncate();
         let horizontal_m = (extent.min - eye_on_map).max(eye_on_map - extent.max).max(DVec2::ZERO);
         let vertical_m = self.height_ranges.range(tile).map_or(0.0, |range| {

@@ -1,3 +1,4 @@
+use crate::CameraError;
 use crate::dataset::LoadError;
 use crate::gpu::GpuError;
 use crate::resident_terrain::OpenTerrainError;
@@ -8,6 +9,9 @@ pub enum RenderError {
     /// The GPU.
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    /// The view asked for is none.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
     /// A tile without which nothing can be drawn.
     #[error(transparent)]
     Load(#[from] LoadError),

@@ -12,7 +12,7 @@ impl TerrainRenderer {
     ) -> FrameRecord {
         let (blocks, triangles) = self.meshes.picture().map_or((0, 0), |mesh| mesh.drawn());
         let mut record = FrameRecord {
-            strategy: "rtt-quadtree".to_owned(),
+            strategy: self.settings.strategy.to_string(),
             frame: self.frame,
             gpu_ms: self.timer.latest_ms(),
             tiles_selected: self.selection.tiles.len() as u64,
@@ -33,7 +33,7 @@ impl TerrainRenderer {
 
     /// How many frames ago the region in use was seen; 0 where the camera has not moved since.
     fn region_age_frames(&self) -> Option<u64> {
-        let state = self.region.as_ref()?;
+        let state = self.region_in_use()?;
         let is_current = self.selected.is_some_and(|(view, _)| view == state.view);
         Some(if is_current { 0 } else { self.frame - state.frame })
     }

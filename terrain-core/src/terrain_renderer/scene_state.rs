@@ -3,7 +3,7 @@
 use super::TerrainRenderer;
 use crate::CameraView;
 use crate::renderer_settings::RendererSettings;
-use crate::selection::VisibleRegion;
+use crate::selection::{SelectionStrategy, VisibleRegion};
 
 /// The latest region that came back.
 pub(super) struct RegionState {
@@ -50,12 +50,23 @@ impl TerrainRenderer {
 
     /// Whether the scene's coordinates have not been asked for yet.
     pub(super) fn wants_coordinates(&self, scene: &SceneState) -> bool {
-        !self.settings.freeze_selection && self.coordinates != Some(self.coordinate_state(scene))
+        !self.settings.freeze_selection
+            && self.strategy().needs_region()
+            && self.coordinates != Some(self.coordinate_state(scene))
     }
 
     pub(super) fn wants_selection(&self, view: &CameraView) -> bool {
-        let region_frame = self.region.as_ref().map_or(0, |state| state.frame);
+        let region_frame = self.region_in_use().map(|state| state.frame);
         !self.settings.freeze_selection && self.selected != Some((*view, region_frame))
+    }
+
+    pub(super) fn strategy(&self) -> &'static dyn SelectionStrategy {
+        self.settings.strategy.implementation()
+    }
+
+    /// The latest region, if the strategy goes by it.
+    pub(super) fn region_in_use(&self) -> Option<&RegionState> {
+        self.region.as_ref().filter(|_| self.strategy().needs_region())
     }
 
     /// Distance in metres from the eye to the ground below it.

@@ -7,6 +7,7 @@ mod bc7;
 mod block_compression;
 mod colours;
 mod heights;
+mod lanes;
 mod linear_predictor;
 mod payload_header;
 

@@ -2,10 +2,17 @@ use std::mem::offset_of;
 
 use encase::ShaderType;
 
+use crate::dataset::HeightSamples;
 use crate::gpu::derive_heights_pass::DecodeJob;
+use crate::gpu::limit_surface_pass::{CastPixel, LimitUniforms};
 use crate::gpu::mesh_buffers::MeshBuffers;
-use crate::gpu::shader_library::{ALL, DERIVE_HEIGHTS, DISPLACE, Shader, TERRAIN};
+use crate::gpu::precision_probe::{Answer, Operands, Outcome, Results, Trial};
+use crate::gpu::shader_library::{
+    ALL, DERIVE_HEIGHTS, DISPLACE, LIMIT_SURFACE, PRECISION_ENCODINGS, PRECISION_FLOATS,
+    PRECISION_SPAN, Shader, TERRAIN, WITH_OTHER_FLOATS,
+};
 use crate::gpu::{FrameUniforms, TableRange, TileEntry, TilePlace};
+use crate::precision::encodings::{Decoded, EncodedPoint};
 use crate::surface::MeshVertex;
 
 fn parse(shader: &Shader) -> naga::Module {
@@ -29,18 +36,38 @@ fn wgsl_layout(shader: &Shader, name: &str) -> (Vec<(String, u32)>, u32) {
     panic!("{} has no struct {name}", shader.name);
 }
 
+/// The value of a WGSL constant as written.
+fn wgsl_constant(shader: &Shader, name: &str) -> naga::Literal {
+    let module = parse(shader);
+    let constant = module.constants.iter().find(|(_, found)| found.name.as_deref() == Some(name));
+    let init = constant.map(|(_, found)| &module.global_expressions[found.init]);
+    match init {
+        Some(naga::Expression::Literal(literal)) => *literal,
+        _ => panic!("{} has no constant {name}", shader.name),
+    }
+}
+
+#[test]
+fn what_is_no_height_is_the_same_on_both_sides() {
+    let word = u32::from(HeightSamples::NO_DATA_WORD);
+    assert_eq!(wgsl_constant(&DERIVE_HEIGHTS, "NO_DATA_WORD"), naga::Literal::U32(word));
+    let most = HeightSamples::MOST_HEIGHT_M;
+    assert_eq!(wgsl_constant(&DERIVE_HEIGHTS, "MOST_HEIGHT_M"), naga::Literal::F32(most));
+}
+
 fn named(pairs: &[(&str, usize)]) -> Vec<(String, u32)> {
     pairs.iter().map(|&(name, offset)| (name.to_owned(), offset as u32)).collect()
 }
 
 #[test]
 fn every_shader_is_valid() {
-    for shader in ALL {
+    use naga::valid::Capabilities;
+    let plain = ALL.map(|shader| (shader, Capabilities::empty()));
+    let floats = Capabilities::FLOAT64 | Capabilities::SHADER_FLOAT16;
+    for (shader, features) in plain.into_iter().chain(WITH_OTHER_FLOATS.map(|s| (s, floats))) {
         let module = parse(shader);
-        let mut validator = naga::valid::Validator::new(
-            naga::valid::ValidationFlags::all(),
-            naga::valid::Capabilities::empty(),
-        );
+        let mut validator =
+            naga::valid::Validator::new(naga::valid::ValidationFlags::all(), features);
         let outcome = validator.validate(&module);
         assert!(outcome.is_ok(), "{}: {:?}", shader.name, outcome.err());
     }
@@ -86,6 +113,44 @@ fn plain_structs_have_the_same_members_offsets_and_sizes() {
     let (height, colour) = (offset("height_tile"), offset("colour_tile"));
     let read = [offset("x"), height, height + texel, colour, colour + texel].map(u64::from);
     assert_eq!(MeshBuffers::ATTRIBUTES.map(|attribute| attribute.offset), read);
+}
+
+#[test]
+fn structs_of_the_limit_surface_have_the_same_members_offsets_and_sizes() {
+    let uniforms = offsets!(
+        LimitUniforms: ray_corner, cell_m, ray_per_column, lowest_m, ray_per_row, highest_m, eye,
+        ray_angle, background, rays, eye_cell, grid_size, uv_origin, uv_per_cell, size_px, texel_m,
+        top_level, levels
+    );
+    let size = size_of::<LimitUniforms>() as u32;
+    assert_eq!(wgsl_layout(&LIMIT_SURFACE, "LimitUniforms"), (uniforms, size));
+    let pixel = offsets!(CastPixel: linear, triangle, distance_m, hits, words, places);
+    assert_eq!(wgsl_layout(&LIMIT_SURFACE, "CastPixel"), (pixel, size_of::<CastPixel>() as u32));
+}
+
+#[test]
+fn what_the_precision_probes_send_and_receive_has_the_same_layout() {
+    let point = offsets!(EncodedPoint: world, world_low, eye, eye_low, corner, corner_low, from_eye,
+        corner_from_eye, shipped_corner_from_eye, fraction, eye_fraction, tile, eye_tile, fixed,
+        eye_fixed, corner_fixed, tile_size_m, texels_per_m, tile_size_texels, unit_m, texels_per_unit,
+        padding);
+    let layout = |name| wgsl_layout(&PRECISION_ENCODINGS, name);
+    assert_eq!(layout("EncodedPoint"), (point, size_of::<EncodedPoint>() as u32));
+    let decoded = offsets!(Decoded: relative_m, place_texels);
+    assert_eq!(layout("Decoded"), (decoded, size_of::<Decoded>() as u32));
+    let answer = offsets!(Answer: decoded, position);
+    assert_eq!(layout("Answer"), (answer, size_of::<Answer>() as u32));
+    let trial = offsets!(Trial: range, half_pixel_rad, texel_part, bits);
+    assert_eq!(wgsl_layout(&PRECISION_SPAN, "Trial"), (trial, size_of::<Trial>() as u32));
+    let outcome = offsets!(Outcome: moved, level, texture);
+    assert_eq!(wgsl_layout(&PRECISION_SPAN, "Outcome"), (outcome, size_of::<Outcome>() as u32));
+    let operands = offsets!(Operands: a, b, c);
+    assert_eq!(
+        wgsl_layout(&PRECISION_FLOATS, "Operands"),
+        (operands, size_of::<Operands>() as u32)
+    );
+    let results = offsets!(Results: plain, fused, quotient, sum_error, product_error);
+    assert_eq!(wgsl_layout(&PRECISION_FLOATS, "Results"), (results, size_of::<Results>() as u32));
 }
 
 #[test]

@@ -31,6 +31,7 @@ fn displaced(gpu: &GpuContext, scene: &Scene) -> (SceneMeshes, Vec<[f32; 3]>) {
         height_range_m: [-250.0, 800.0],
         data_extent: &scene.tree.data_extent,
         triangle_px: 12.0,
+        has_coordinates: true,
     };
     meshes.set_up(&gpu.device, &gpu.queue, &mesh_scene);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());

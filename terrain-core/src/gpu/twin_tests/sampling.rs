@@ -26,11 +26,15 @@ pub struct Scene {
     pub tree: TileTree,
     pub residents: Vec<(TileId, u32)>,
     pub table: OffsetTable,
+    pub eye: DVec2,
 }
 
 impl Scene {
     pub fn new(origin: DVec2) -> Self {
-        let scheme = TilingScheme { origin, root_size_m: 60_000.0 };
+        Self::of_root(TilingScheme { origin, root_size_m: 60_000.0 })
+    }
+
+    pub fn of_root(scheme: TilingScheme) -> Self {
         let range = HeightRange { min_m: -250.0, max_m: 800.0 };
         let mut random = Random(7);
         let mut tiles: TileSet = [TileId::ROOT].into_iter().collect();
@@ -51,7 +55,8 @@ impl Scene {
             colours: None,
             height_ranges: HeightRanges { levels: vec![vec![Some(range)]] },
         };
-        Self { tree, table: OffsetTable::build(residents.iter().copied()), residents }
+        let table = OffsetTable::build(residents.iter().copied());
+        Self { tree, table, residents, eye: scheme.root_extent().centre() }
     }
 
     /// Uploads every resident; every third tile as float32.
@@ -99,7 +104,7 @@ impl Scene {
 
     pub fn view(&self) -> CameraView {
         CameraView {
-            eye: self.tree.scheme.root_extent().centre().extend(1234.567),
+            eye: self.eye.extend(1234.567),
             heading_deg: 0.0,
             pitch_deg: -30.0,
             fov_y_deg: 60.0,
@@ -324,6 +329,40 @@ fn heights_are_sampled_as_an_f64_evaluation_of_the_same_filter() {
         worst_m = worst_m.max(error_m);
     }
     assert!(worst_m > 0.0, "nothing was compared");
+}
+
+/// Ground drawn from tiles thousands of kilometres wide, as a planet's are until finer ones arrive or
+/// where there are none, must not shake under an eye that is close to it.
+#[test]
+fn ground_close_to_the_eye_is_within_a_millimetre_however_large_its_tile() {
+    let Some(gpu) = gpu() else { return };
+    let scheme = TilingScheme { origin: dvec2(-2.0e7, 2.0e7), root_size_m: 4.0e7 };
+    let mut worst_m = [0.0_f64; 9];
+    for level in 0..9 {
+        let mut scene = Scene::of_root(scheme);
+        scene.eye = dvec2(6_543_210.987_6, -3_210_987.654_3);
+        let tile = scheme.tile_at(level, scene.eye).unwrap();
+        scene.residents = [TileId::ROOT, tile].into_iter().zip(0..).collect();
+        if level == 0 {
+            scene.residents.pop();
+        }
+        scene.table = OffsetTable::build(scene.residents.iter().copied());
+        let mut random = Random(5);
+        let points = (0..500).map(|_| {
+            let mut offset_m = || (1400.0 * (random.unit() - 0.5)) as f32;
+            ProbePoint { east_m: offset_m(), north_m: offset_m(), spacing_m: 1.0, padding: 0 }
+        });
+        let points = points.collect::<Vec<_>>();
+        let coarse_m = scene.view().eye.z.round();
+        for (point, answer) in points.iter().zip(probe(&gpu, &scene, &points)) {
+            let offset_m = dvec2(f64::from(point.east_m), f64::from(point.north_m));
+            let expected_m = scene.filtered_height_m(tile, offset_m, point.spacing_m).unwrap();
+            let error_m = (f64::from(answer.height_m) - (expected_m - coarse_m)).abs();
+            worst_m[usize::from(level)] = worst_m[usize::from(level)].max(error_m);
+        }
+    }
+    println!("worst errors of heights by level, metres: {worst_m:.6?}");
+    assert!(worst_m.iter().all(|error_m| *error_m < 1.0e-3), "{worst_m:?}");
 }
 
 #[test]

@@ -3,6 +3,7 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use rayon::prelude::*;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 use tiff::{ColorType, TiffError};
@@ -10,6 +11,7 @@ use tiff::{ColorType, TiffError};
 use super::chunk_cache::ChunkCache;
 use super::geo_keys::GeoTags;
 use super::{RasterContent, RasterInfo, RasterSource, SourceError, Window};
+use crate::dataset::HeightSamples;
 
 /// Most bytes one strip or tile may decode to: it is the smallest part that can be read.
 const MAX_CHUNK_BYTES: usize = 192 << 20;
@@ -21,8 +23,7 @@ type FileDecoder = Decoder<BufReader<File>>;
 
 /// A TIFF or BigTIFF of strips or tiles, georeferenced by GeoTIFF tags.
 ///
-/// Chunks are decoded as windows ask for them, by as many threads as ask at once; each takes a
-/// decoder from a pool.
+/// Chunks are decoded as windows ask for them, on all threads; each takes a decoder from a pool.
 pub struct GeoTiffSource {
     path: PathBuf,
     info: RasterInfo,
@@ -81,7 +82,8 @@ impl GeoTiffSource {
         })
     }
 
-    /// Calls `visit` for every chunk the window meets, with the rows and columns they share.
+    /// Calls `visit` for every chunk the window meets, with the rows and columns they share. The
+    /// chunks are decoded side by side.
     fn visit_chunks(
         &self,
         window: Window,
@@ -91,13 +93,18 @@ impl GeoTiffSource {
         let columns =
             window.column / chunk_width..=(window.column + window.width - 1) / chunk_width;
         let rows = window.row / chunk_height..=(window.row + window.height - 1) / chunk_height;
-        for chunk_row in rows {
-            for chunk_column in columns.clone() {
-                let index = chunk_row * self.layout.chunks_across + chunk_column;
-                let chunk = self.cache.get(index, || self.decode(index))?;
-                let corner = (chunk_column * chunk_width, chunk_row * chunk_height);
-                visit(&chunk, Overlap::of(window, corner, self.layout.chunk_size));
-            }
+        let places: Vec<(u32, u32)> =
+            rows.flat_map(|row| columns.clone().map(move |column| (column, row))).collect();
+        let chunks: Vec<_> = places
+            .par_iter()
+            .map(|&(column, row)| {
+                let index = row * self.layout.chunks_across + column;
+                self.cache.get(index, || self.decode(index))
+            })
+            .collect::<Result<_, SourceError>>()?;
+        for (chunk, (column, row)) in chunks.iter().zip(places) {
+            let corner = (column * chunk_width, row * chunk_height);
+            visit(chunk, Overlap::of(window, corner, self.layout.chunk_size));
         }
         Ok(())
     }
@@ -251,7 +258,8 @@ fn copy_heights(
         let values = data[first * samples..].iter().step_by(samples);
         for (target, &value) in out.iter_mut().zip(values) {
             let value = as_f64(value);
-            let held = nodata.is_none_or(|nodata| value != nodata) && value.is_finite();
+            let held = nodata.is_none_or(|nodata| value != nodata)
+                && HeightSamples::is_height(value as f32);
             *target = if held { value as f32 } else { f32::NAN };
         }
     }

@@ -5,7 +5,9 @@ use proptest::prelude::*;
 
 use crate::CameraView;
 use crate::dataset::{HeightRange, HeightRanges};
-use crate::selection::{LayerTree, SelectionConfig, TileTree, VisibleRegion};
+use crate::selection::{
+    LayerTree, Selection, SelectionConfig, Strategy as TileStrategy, TileTree, VisibleRegion,
+};
 use crate::tiling::{Extent, LayerLayout, TileId, TileSet, TilingScheme};
 
 /// Everything a strategy must give a selection for.
@@ -15,6 +17,15 @@ pub struct Case {
     pub region: Option<VisibleRegion>,
     pub view: CameraView,
     pub config: SelectionConfig,
+}
+
+impl Case {
+    /// The case's selection by a strategy.
+    pub fn select(&self, strategy: TileStrategy) -> Selection {
+        let implementation = strategy.implementation();
+        let region = self.region.as_ref().filter(|_| implementation.needs_region());
+        implementation.select(&self.tree, region, &self.view, &self.config)
+    }
 }
 
 pub const SCHEME: TilingScheme =
@@ -88,7 +99,8 @@ pub fn cases() -> impl Strategy<Value = Case> {
     let part = -0.2..1.2f64;
     let corners = ((part.clone(), part.clone()), (part.clone(), part.clone()));
     let region = prop::option::weighted(0.9, corners);
-    let view = ((part.clone(), part), 0.0..6_000.0f64, 20.0..100.0f64);
+    let camera = (0.0..360.0f64, -90.0..40.0f64, 20.0..100.0f64);
+    let view = ((part.clone(), part), 0.0..6_000.0f64, camera);
     let config = (prop_oneof![0usize..40, Just(400)], 0.3..30.0f64, 0.5..3.0f64);
     (trees, region, view, config).prop_map(|(tree, region, view, config)| {
         let root = SCHEME.root_extent();
@@ -97,11 +109,11 @@ pub fn cases() -> impl Strategy<Value = Case> {
             extent: Extent::new(world(a).min(world(b)), world(a).max(world(b))),
             covered_pixels: 1,
         });
-        let (eye, height_m, fov_y_deg) = view;
+        let (eye, height_m, (heading_deg, pitch_deg, fov_y_deg)) = view;
         let view = CameraView {
             eye: world(eye).extend(height_m),
-            heading_deg: 0.0,
-            pitch_deg: -30.0,
+            heading_deg,
+            pitch_deg,
             fov_y_deg,
             viewport_px: [1280, 720],
         };

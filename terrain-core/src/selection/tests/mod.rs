@@ -1,24 +1,25 @@
-//! The stages of selection against literal versions of the paper's sentences, and what holds for
-//! every selection whatever the strategy.
+//! The stages of the paper's selection against literal versions of its sentences; what holds for every
+//! strategy is in `invariants`, the frustum's selection against brute force in `frustum`.
 
 mod cases;
+mod frustum;
+mod invariants;
+mod sight;
 
 use std::collections::BTreeSet;
 
-use glam::{DVec2, dvec2};
-use proptest::prelude::*;
+use glam::DVec2;
+use proptest::prelude::{ProptestConfig, any, prop, prop_assert_eq, proptest};
 
 use self::cases::{Case, SCHEME, cases, height_ranges, low_over_the_middle, tree};
-use super::*;
+use self::invariants::check_order;
+use super::{
+    LayerTree, SelectionConfig, Strategy, TileList, TileTree, VisibleRegion, merge_farthest,
+    regularize, select, subdivide,
+};
 use crate::tiling::{Extent, LayerLayout, TileId, TileSet};
 
 type List = BTreeSet<TileId>;
-
-type SelectFn = fn(&Case) -> Selection;
-
-/// Every strategy there is, for [`every_strategy_keeps_the_invariants`].
-const STRATEGIES: [(&str, SelectFn); 1] =
-    [("rtt-quadtree", |case| select(&case.tree, case.region.as_ref(), &case.view, &case.config))];
 
 fn all_tiles(tree: &TileTree) -> impl Iterator<Item = TileId> {
     (0..=tree.finest_level()).flat_map(|level| {
@@ -148,17 +149,6 @@ proptest! {
     }
 
     #[test]
-    fn every_strategy_keeps_the_invariants(case in cases()) {
-        for (name, strategy) in STRATEGIES {
-            let selection = strategy(&case);
-            check_invariants(&case, &selection).map_err(|reason| {
-                TestCaseError::fail(format!("{name}: {reason}: {:?}", selection.tiles))
-            })?;
-            prop_assert_eq!(&strategy(&case), &selection, "{} is not deterministic", name);
-        }
-    }
-
-    #[test]
     fn each_layer_gets_the_finest_tiles_it_has(case in cases()) {
         let selection = select(&case.tree, case.region.as_ref(), &case.view, &case.config);
         let by_hand = |layer: &LayerTree| {
@@ -176,64 +166,10 @@ proptest! {
     }
 }
 
-/// What holds for every selection; the reason where it does not.
-fn check_invariants(case: &Case, selection: &Selection) -> Result<(), String> {
-    let Case { tree, region, config, .. } = case;
-    let set: List = selection.tiles.iter().copied().collect();
-    let require = |holds: bool, what: &str| if holds { Ok(()) } else { Err(what.to_owned()) };
-    require(set.len() == selection.tiles.len(), "a tile twice")?;
-    require(selection.tiles.first() == Some(&TileId::ROOT), "level 0 is not the first")?;
-    require(set.len() <= config.max_tiles.max(1), "more than MaxofTiles")?;
-    let exist = set.iter().all(|&tile| tile.level == 0 || tree.contains(tile));
-    require(exist, "a tile that does not exist")?;
-    require(regularized_by_hand(tree, &set) == set, "a parent beside its four children")?;
-    let priority = |tile: &TileId| (tile.level, distance_m(case, *tile));
-    let in_order = selection.tiles.windows(2).all(|pair| priority(&pair[0]) <= priority(&pair[1]));
-    require(in_order, "not in order of priority")?;
-    let finest = set.iter().map(|tile| tile.level).max();
-    require(finest == Some(selection.statistics.finest_level), "a wrong finest level")?;
-    let Some(region) = region else {
-        return require(set.len() == 1, "more than level 0 for an empty view");
-    };
-    let meets = |tile: &TileId| tree.scheme.tile_extent(*tile).touches(&region.extent);
-    require(set.iter().all(|tile| tile.level == 0 || meets(tile)), "a tile out of the region")?;
-    check_cover(case, selection, &region.extent, &set)
-}
-
-/// Within the region every point is drawn with the finest tile that subdivision gave it, or where
-/// tiles were merged with a coarser one.
-fn check_cover(
-    case: &Case,
-    selection: &Selection,
-    region: &Extent,
-    set: &List,
-) -> Result<(), String> {
-    let wanted = subdivided_by_hand(case);
-    let finest_at = |list: &List, leaf: TileId| {
-        (0..=leaf.level).rev().map(|level| leaf.ancestor_at(level)).find(|tile| list.contains(tile))
-    };
-    for number in 0..64 {
-        let part = dvec2(f64::from(number % 8) + 0.5, f64::from(number / 8) + 0.5) / 8.0;
-        let point = region.min + part * region.size_m();
-        let Some(leaf) = SCHEME.tile_at(case.tree.finest_level(), point) else { continue };
-        if is_empty_by_hand(&case.tree, leaf) {
-            continue;
-        }
-        let (drawn, wanted) = (finest_at(set, leaf), finest_at(&wanted, leaf));
-        let (Some(drawn), Some(wanted)) = (drawn, wanted) else {
-            return Err(format!("nothing covers {point}"));
-        };
-        if drawn.level > wanted.level || (selection.statistics.merges == 0 && drawn != wanted) {
-            return Err(format!("{point} is drawn with {drawn} instead of {wanted}"));
-        }
-    }
-    Ok(())
-}
-
 #[test]
 fn detail_falls_with_distance_and_the_budget_goes_to_the_nearest() {
     let case = low_over_the_middle(tree(1, 6, Some(6), 100), SelectionConfig::default());
-    let selection = STRATEGIES[0].1(&case);
+    let selection = case.select(Strategy::RttQuadtree);
     assert!(selection.statistics.merges > 0 && selection.tiles.len() <= 36);
     let level_at = |point: DVec2| {
         let leaf = SCHEME.tile_at(5, point).unwrap();
@@ -268,7 +204,7 @@ fn a_point_on_a_border_belongs_to_the_tiles_on_both_sides() {
     let centre = SCHEME.root_extent().centre();
     let extent = Extent::new(centre, centre);
     case.region = Some(VisibleRegion { extent, covered_pixels: 1 });
-    let selection = STRATEGIES[0].1(&case);
+    let selection = case.select(Strategy::RttQuadtree);
     let tiles: List = selection.tiles.into_iter().collect();
     assert_eq!(tiles, [TileId::ROOT].into_iter().chain(TileId::ROOT.children()).collect());
 }
@@ -289,18 +225,10 @@ fn a_pyramid_of_the_deepest_level_is_descended_to_its_end() {
     case.tree = TileTree { heights, height_ranges: height_ranges(1, 1), ..case.tree };
     case.config.max_tiles = 1_000;
     case.view.eye = SCHEME.tile_extent(target).centre().extend(1.0);
-    let selection = STRATEGIES[0].1(&case);
+    let selection = case.select(Strategy::RttQuadtree);
     assert_eq!(selection.statistics.finest_level, deepest);
     assert!(selection.tiles.contains(&target));
-    assert_eq!(check_priority(&case, &selection), Ok(()));
-}
-
-fn check_priority(case: &Case, selection: &Selection) -> Result<(), TileId> {
-    let key = |tile: TileId| (tile.level, distance_m(case, tile));
-    match selection.tiles.windows(2).find(|pair| key(pair[0]) > key(pair[1])) {
-        Some(pair) => Err(pair[1]),
-        None => Ok(()),
-    }
+    assert_eq!(check_order(&case, &selection), Ok(()));
 }
 
 #[test]
@@ -308,11 +236,11 @@ fn absurd_settings_end_within_bounds() {
     for texel_px in [0.0, -1.0, f64::NAN, f64::INFINITY, 1.0e-300] {
         let config = SelectionConfig { texel_px, ..SelectionConfig::default() };
         let case = low_over_the_middle(tree(3, 7, Some(10), 100), config);
-        let selection = STRATEGIES[0].1(&case);
+        let selection = case.select(Strategy::RttQuadtree);
         assert!(!selection.tiles.is_empty() && selection.tiles.len() <= 36, "{texel_px}");
         assert!(selection.statistics.subdivided < (1 << 16) + 4, "{texel_px}");
     }
     let mut lost = low_over_the_middle(tree(3, 4, None, 100), SelectionConfig::default());
     lost.view.eye.x = f64::NAN;
-    assert!(STRATEGIES[0].1(&lost).tiles.contains(&TileId::ROOT));
+    assert!(lost.select(Strategy::RttQuadtree).tiles.contains(&TileId::ROOT));
 }

@@ -1,0 +1,3 @@
+// The float that a probe computes with.
+alias real = f64;
+

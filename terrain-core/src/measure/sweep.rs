@@ -1,0 +1,215 @@
+//! Turning one knob of the renderer through several values, and which of them are worth having.
+
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::RendererSettings;
+
+/// What a sweep turns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Knob {
+    /// Pixels a texel may fill before its tile is split: `texel_px`.
+    TexelPx,
+    /// Slots of the caches and with them the most tiles of a selection: `4x4`.
+    Cache,
+    /// Size of the mesh's triangles in pixels.
+    TrianglePx,
+    /// Size of the coordinate pass in pixels: `160x90`.
+    CoordinateSize,
+    /// Frames that a coordinate image is held back before it is used.
+    ReadbackLatency,
+    /// Datasets, for instance of the same sources in other encodings.
+    Dataset,
+}
+
+/// Why a knob cannot be turned so.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum KnobError {
+    /// There is no such knob.
+    #[error("no knob {0} (there are {names})", names = Knob::NAMES.map(|(_, name)| name).join(", "))]
+    Unknown(String),
+    /// The knob has no such position.
+    #[error("{knob}={value}: give {expected}", knob = .knob.name())]
+    Value {
+        /// The knob.
+        knob: Knob,
+        /// What it was to be set to.
+        value: String,
+        /// What it can be set to.
+        expected: &'static str,
+    },
+}
+
+impl Knob {
+    /// All knobs and what they are called on the command line.
+    pub const NAMES: [(Self, &'static str); 6] = [
+        (Self::TexelPx, "texel-px"),
+        (Self::Cache, "cache"),
+        (Self::TrianglePx, "triangle-px"),
+        (Self::CoordinateSize, "coordinate-size"),
+        (Self::ReadbackLatency, "readback-latency"),
+        (Self::Dataset, "dataset"),
+    ];
+
+    /// What the knob is called on the command line.
+    pub fn name(self) -> &'static str {
+        Self::NAMES.iter().find(|(knob, _)| *knob == self).map_or("", |(_, name)| name)
+    }
+
+    /// The settings with the knob turned to the value. A dataset is no setting: it leaves them as they
+    /// are.
+    ///
+    /// # Errors
+    /// [`KnobError::Value`] where the knob has no such position.
+    pub fn turned(
+        self,
+        settings: RendererSettings,
+        value: &str,
+    ) -> Result<RendererSettings, KnobError> {
+        let wrong = |expected| KnobError::Value { knob: self, value: value.to_owned(), expected };
+        let positive = || {
+            let number = value.parse::<f64>().ok().filter(|n| n.is_finite() && *n > 0.0);
+            number.ok_or_else(|| wrong("a positive number"))
+        };
+        let sides = |most: u32| {
+            let sides = two_sides(value).filter(|s| s.iter().all(|side| *side <= most));
+            sides.ok_or_else(|| wrong("two numbers in range, such as 8x6"))
+        };
+        let turned = match self {
+            Self::TexelPx => RendererSettings { texel_px: positive()?, ..settings },
+            Self::TrianglePx => RendererSettings { triangle_px: positive()?, ..settings },
+            Self::Cache => {
+                let [cache_columns, cache_rows] = sides(RendererSettings::MOST_SLOTS_A_SIDE)?;
+                let max_tiles = (cache_columns * cache_rows) as usize;
+                RendererSettings { cache_columns, cache_rows, max_tiles, ..settings }
+            }
+            Self::CoordinateSize => {
+                RendererSettings { coordinate_size_px: sides(MOST_COORDINATE_PX)?, ..settings }
+            }
+            Self::ReadbackLatency => {
+                let frames = value.parse().ok().filter(|n| *n <= MOST_LATENCY_FRAMES);
+                let frames = frames.ok_or_else(|| wrong("a number of frames from 0 to 16"))?;
+                RendererSettings { readback_latency_frames: frames, ..settings }
+            }
+            Self::Dataset => settings,
+        };
+        Ok(turned.checked())
+    }
+}
+
+/// Widest and highest coordinate pass.
+const MOST_COORDINATE_PX: u32 = 2048;
+/// Longest time a coordinate image can be held back.
+const MOST_LATENCY_FRAMES: u32 = 16;
+
+fn two_sides(text: &str) -> Option<[u32; 2]> {
+    let (width, height) = text.split_once('x')?;
+    let side = |text: &str| text.trim().parse::<u32>().ok().filter(|side| *side > 0);
+    Some([side(width)?, side(height)?])
+}
+
+/// A knob and the values to turn it to: `texel-px=0.5,1,2`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Sweep {
+    /// What is turned.
+    pub knob: Knob,
+    /// What to, at least one.
+    pub values: Vec<String>,
+}
+
+impl FromStr for Sweep {
+    type Err = KnobError;
+
+    fn from_str(text: &str) -> Result<Self, KnobError> {
+        let (name, values) = text.split_once('=').unwrap_or((text, ""));
+        let found = Knob::NAMES.iter().find(|(_, known)| *known == name.trim());
+        let &(knob, _) = found.ok_or_else(|| KnobError::Unknown(name.trim().to_owned()))?;
+        let values = values.split(',').map(|value| value.trim().to_owned()).collect::<Vec<_>>();
+        for value in &values {
+            if value.is_empty() {
+                let expected = "one or more values with commas between them";
+                return Err(KnobError::Value { knob, value: value.clone(), expected });
+            }
+            knob.turned(RendererSettings::default(), value)?;
+        }
+        Ok(Self { knob, values })
+    }
+}
+
+/// The indices of the points (cost, error) that no other point beats in both, by increasing cost: the
+/// Pareto front. Of equal points the first is kept; points with a value that is no number are left out.
+pub fn pareto_front(points: &[[f64; 2]]) -> Vec<usize> {
+    let is_number = |index: &usize| !points[*index].iter().any(|value| value.is_nan());
+    let mut order = (0..points.len()).filter(is_number).collect::<Vec<_>>();
+    order.sort_by(|&a, &b| {
+        points[a][0].total_cmp(&points[b][0]).then(points[a][1].total_cmp(&points[b][1]))
+    });
+    let mut least_error = f64::INFINITY;
+    order.retain(|&index| {
+        let is_better = points[index][1] < least_error;
+        least_error = least_error.min(points[index][1]);
+        is_better
+    });
+    order
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn each_knob_turns_its_own_setting() {
+        let turned = |text: &str| {
+            let sweep = text.parse::<Sweep>().unwrap();
+            sweep.knob.turned(RendererSettings::default(), &sweep.values[0]).unwrap()
+        };
+        let plain = RendererSettings::default();
+        assert_eq!(turned("texel-px=2"), RendererSettings { texel_px: 2.0, ..plain });
+        assert_eq!(turned("triangle-px=12.5"), RendererSettings { triangle_px: 12.5, ..plain });
+        let cache = turned("cache=8x4");
+        assert_eq!((cache.cache_columns, cache.cache_rows, cache.max_tiles), (8, 4, 32));
+        assert_eq!(turned("coordinate-size=80x45").coordinate_size_px, [80, 45]);
+        assert_eq!(turned("readback-latency=3").readback_latency_frames, 3);
+        assert_eq!(turned("dataset=plain"), plain);
+    }
+
+    #[test]
+    fn a_sweep_is_a_knob_and_its_values() {
+        let sweep = "texel-px = 0.5, 1,2".replace(" = ", "=").parse::<Sweep>().unwrap();
+        assert_eq!((sweep.knob, sweep.values.len()), (Knob::TexelPx, 3));
+        for text in ["", "texel-px", "texel-px=", "texel-px=1,,2", "texel-px=-1", "cache=0x4"] {
+            assert!(text.parse::<Sweep>().is_err(), "{text}");
+        }
+        for text in ["cache=99x1", "coordinate-size=160", "readback-latency=1.5", "colour=1"] {
+            assert!(text.parse::<Sweep>().is_err(), "{text}");
+        }
+        let unknown = "colour=1".parse::<Sweep>().unwrap_err().to_string();
+        assert!(unknown.contains("no knob colour") && unknown.contains("texel-px"), "{unknown}");
+    }
+
+    proptest! {
+        #[test]
+        fn the_front_is_what_nothing_beats(
+            points in proptest::collection::vec([0_u8..12, 0_u8..12], 0..30),
+        ) {
+            let points = points.iter().map(|p| p.map(f64::from)).collect::<Vec<_>>();
+            let beats = |a: [f64; 2], b: [f64; 2]| a[0] <= b[0] && a[1] <= b[1] && a != b;
+            let front = pareto_front(&points);
+            for (index, point) in points.iter().enumerate() {
+                let first = points.iter().position(|other| other == point) == Some(index);
+                let unbeaten = first && !points.iter().any(|other| beats(*other, *point));
+                prop_assert_eq!(front.contains(&index), unbeaten);
+            }
+            prop_assert!(front.windows(2).all(|pair| points[pair[0]][0] < points[pair[1]][0]));
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_is_not_on_the_front() {
+        assert_eq!(pareto_front(&[[f64::NAN, 0.0], [1.0, 1.0], [0.0, f64::NAN]]), [1]);
+    }
+}

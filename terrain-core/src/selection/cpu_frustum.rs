@@ -1,0 +1,141 @@
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::sort_keys::{FarthestOrder, PriorityOrder};
+use super::subdivide::{LISTED_AT_MOST, is_split};
+use super::view_pyramid::{ViewPyramid, WorldBox};
+use super::{
+    Selection, SelectionConfig, SelectionStatistics, SelectionStrategy, TileTree, VisibleRegion,
+};
+use crate::CameraView;
+use crate::tiling::TileId;
+
+/// The traditional way, [`select_by_frustum`], as a strategy.
+pub(super) struct CpuFrustum;
+
+impl SelectionStrategy for CpuFrustum {
+    fn needs_region(&self) -> bool {
+        false
+    }
+
+    fn select(
+        &self,
+        tree: &TileTree,
+        _region: Option<&VisibleRegion>,
+        view: &CameraView,
+        config: &SelectionConfig,
+    ) -> Selection {
+        select_by_frustum(tree, view, config)
+    }
+}
+
+/// Tiles by the view frustum and their screen-space error, without a look at what the GPU drew: what
+/// most terrain engines do.
+///
+/// From level 0 on, the tile with the largest error is split until every tile's error is at most
+/// [`SelectionConfig::texel_px`] or the next split would go beyond [`SelectionConfig::max_tiles`].
+/// - A tile's error is what it is for [`subdivide()`](super::subdivide()): the size in pixels of its
+///   texel at the distance of its nearest point. The settings of both strategies mean the same.
+/// - Splitting a tile adds those of its children that exist and whose boxes (extent within the
+///   data's, exaggerated height range) meet the view frustum, exactly rather than by its planes.
+/// - Split tiles stay: a tile's ancestors are always selected with it. Coarsest first as the tiles are
+///   loaded, the picture refines step by step, and wherever tiles are late, or ground comes into view at the
+///   picture's border, a tile little coarser stands in.
+/// - Of few tiles the nearest get the most: a limit on the number acts as a larger bound on the
+///   error, the same for all tiles. Of equal errors the coarsest tile goes first, then by row and column.
+///
+/// Sources. Chunks of a quadtree with a bound on the error: T. Ulrich, "Rendering Massive Terrains
+/// using Chunked Level of Detail Control", 2002. A budget held by a queue that splits the largest
+/// error first: M. Duchaineau et al., "ROAMing Terrain: Real-time Optimally Adapting Meshes", 1997.
+/// Boxes with height ranges, coarse tiles kept for when finer ones are late: P. Cozzi and K. Ring, "3D Engine Design for
+/// Virtual Globes", 2011, as in CesiumJS and cesium-native.
+///
+/// Departures: the mesh is the renderer's, so a tile stands for its texels only and its error is
+/// theirs; what stands in for a late tile is decided when the tables are made, so splitting does not
+/// wait for loading. No guard band: the ancestors serve as one. No hysteresis: the cache keeps what was wanted
+/// last while there is room. No horizon: the ground of a projected CRS is a plane, whose horizon no
+/// ground lies beyond, and what mountains hide is selected, for a frustum does not know of it.
+pub fn select_by_frustum(
+    tree: &TileTree,
+    view: &CameraView,
+    config: &SelectionConfig,
+) -> Selection {
+    let most = config.max_tiles.clamp(1, LISTED_AT_MOST);
+    let sight = Sight::new(tree, view, config);
+    let mut listed = vec![sight.seen(TileId::ROOT)];
+    let mut too_coarse: BinaryHeap<_> = listed.iter().filter_map(|&s| sight.to_split(s)).collect();
+    while let Some(Reverse(key)) = too_coarse.pop() {
+        let first = listed.len();
+        listed.extend(sight.visible_children(key.tile()));
+        if listed.len() > most {
+            listed.truncate(first);
+            break;
+        }
+        too_coarse.extend(listed[first..].iter().filter_map(|&seen| sight.to_split(seen)));
+    }
+    let keys = listed.into_iter().map(|seen| PriorityOrder::new(seen.distance_m, seen.tile));
+    let statistics = SelectionStatistics { subdivided: keys.len(), ..Default::default() };
+    Selection::in_order(keys.collect(), statistics)
+}
+
+/// A tile and the distance in metres of its nearest point.
+#[derive(Clone, Copy)]
+struct SeenTile {
+    tile: TileId,
+    distance_m: f64,
+}
+
+/// What the view can see of the tree, and how large.
+struct Sight<'a> {
+    tree: &'a TileTree,
+    view: &'a CameraView,
+    vertical_exaggeration: f64,
+    /// The threshold of the error in radians.
+    split_factor: f64,
+    pyramid: ViewPyramid,
+}
+
+impl<'a> Sight<'a> {
+    fn new(tree: &'a TileTree, view: &'a CameraView, config: &SelectionConfig) -> Self {
+        Self {
+            tree,
+            view,
+            vertical_exaggeration: config.vertical_exaggeration,
+            split_factor: config.texel_px * view.pixel_angle_rad(),
+            pyramid: ViewPyramid::new(view),
+        }
+    }
+
+    fn seen(&self, tile: TileId) -> SeenTile {
+        let distance_m = self.tree.distance_m(tile, self.view.eye, self.vertical_exaggeration);
+        SeenTile { tile, distance_m }
+    }
+
+    /// Where the tile is too coarse and there are finer ones, its place in the order of splitting: by
+    /// distance counted in its own texels, which is the error's reciprocal.
+    fn to_split(&self, seen: SeenTile) -> Option<Reverse<FarthestOrder>> {
+        let SeenTile { tile, distance_m } = seen;
+        let distance_texels = distance_m / self.tree.texel_size_m(tile.level);
+        is_split(self.tree, tile, distance_m, self.split_factor)
+            .then(|| Reverse(FarthestOrder::new(distance_texels, tile)))
+    }
+
+    /// The tile's children that hold data in view.
+    fn visible_children(&self, tile: TileId) -> impl Iterator<Item = SeenTile> {
+        let exist = tile.children().into_iter().filter(|&child| self.tree.contains(child));
+        exist.filter(|&child| self.is_visible(child)).map(|child| self.seen(child))
+    }
+
+    fn is_visible(&self, tile: TileId) -> bool {
+        self.ground_box(tile).is_some_and(|bounds| self.pyramid.meets(&bounds))
+    }
+
+    /// The box of the tile's ground as it is drawn; `None` where there is none.
+    fn ground_box(&self, tile: TileId) -> Option<WorldBox> {
+        let drawn = self.tree.scheme.tile_extent(tile).intersection(&self.tree.data_extent)?;
+        let range = self.tree.height_ranges.range(tile)?;
+        let ends_m = [range.min_m, range.max_m].map(|h| f64::from(h) * self.vertical_exaggeration);
+        let (low_m, high_m) = (ends_m[0].min(ends_m[1]), ends_m[0].max(ends_m[1]));
+        Some(WorldBox { min: drawn.min.extend(low_m), max: drawn.max.extend(high_m) })
+    }
+}

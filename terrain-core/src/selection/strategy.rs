@@ -1,0 +1,90 @@
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use super::cpu_frustum::CpuFrustum;
+use super::rtt_quadtree::RttQuadtree;
+use super::{Selection, SelectionConfig, TileTree, VisibleRegion};
+use crate::CameraView;
+
+/// A way to choose the tiles a view is drawn with.
+///
+/// Cache, uploads, drawing and measurement are the same for all strategies, so that a comparison of
+/// two compares nothing but how they choose.
+pub trait SelectionStrategy: Sync {
+    /// Whether the choice needs to know what ground the GPU saw. Where it does not, no coordinate
+    /// pass is drawn and nothing is read back.
+    fn needs_region(&self) -> bool;
+
+    /// The tiles for the view; the same for the same arguments.
+    ///
+    /// * `region`: the ground last seen, perhaps by a view some frames old; `None` for an empty view
+    ///   and wherever [`Self::needs_region`] is false.
+    /// * `view`: the camera of the frame to be drawn.
+    ///
+    /// Whatever the strategy, level 0 is on the selection, every other tile exists in a layer of the
+    /// tree, none is on it twice, there are at most [`SelectionConfig::max_tiles`] (0 is taken as 1),
+    /// and they are in order of [`Selection::tiles`].
+    fn select(
+        &self,
+        tree: &TileTree,
+        region: Option<&VisibleRegion>,
+        view: &CameraView,
+        config: &SelectionConfig,
+    ) -> Selection;
+}
+
+/// The strategies there are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Strategy {
+    /// The tile-scheduling paper's own: the box of what the GPU saw, subdivided, regularised and
+    /// merged; see [`select()`](super::select()).
+    #[default]
+    RttQuadtree,
+    /// The traditional way: a quadtree against the view frustum by screen-space error; see
+    /// [`select_by_frustum()`](super::select_by_frustum()).
+    CpuFrustum,
+}
+
+/// There is no strategy of this name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no strategy {0:?}; there are {names}", names = Strategy::ALL.map(Strategy::name).join(", "))]
+pub struct UnknownStrategy(pub String);
+
+impl Strategy {
+    /// Every strategy.
+    pub const ALL: [Self; 2] = [Self::RttQuadtree, Self::CpuFrustum];
+
+    /// The name on the command line, in records and reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::RttQuadtree => "rtt-quadtree",
+            Self::CpuFrustum => "cpu-frustum",
+        }
+    }
+
+    /// What carries the strategy out.
+    pub fn implementation(self) -> &'static dyn SelectionStrategy {
+        match self {
+            Self::RttQuadtree => &RttQuadtree,
+            Self::CpuFrustum => &CpuFrustum,
+        }
+    }
+}
+
+impl fmt::Display for Strategy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Strategy {
+    type Err = UnknownStrategy;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        let found = Self::ALL.into_iter().find(|strategy| strategy.name() == name);
+        found.ok_or_else(|| UnknownStrategy(name.to_owned()))
+    }
+}

@@ -1,0 +1,175 @@
+//! Strategies side by side: each settles to the same picture where the cache has room for all it wants,
+//! and costs nothing but what it needs.
+
+#![allow(clippy::unwrap_used, reason = "a step that fails fails the test")]
+#![allow(clippy::print_stdout, reason = "measured values are to be seen")]
+
+use std::sync::Arc;
+
+use glam::{DVec2, dvec2};
+use terrain_core::gpu::{GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
+use terrain_core::measure::FrameRecord;
+use terrain_core::selection::Strategy;
+use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
+use terrain_tests::{AnalyticSource, Picture, Surface, gpu};
+
+const SIZE_PX: [u32; 2] = [320, 180];
+
+/// Mountains with a pattern on them that shows which level a place is drawn from.
+fn source() -> Arc<AnalyticSource> {
+    let surface = Surface {
+        height_m: |p| {
+            900.0 * (p.x / 4000.0).sin() * (p.y / 5000.0).cos() + 200.0 * (p.x / 900.0).sin()
+        },
+        colour: |p| {
+            let waves = (p.x / 37.0).sin() * (p.y / 53.0).cos() + (p.x / 610.0).sin();
+            [(140.0 + 40.0 * waves) as u8, 130, (90.0 - 30.0 * waves) as u8]
+        },
+    };
+    Arc::new(AnalyticSource::new(surface, DVec2::ZERO, 65_536.0, [6, 6]))
+}
+
+/// A cache with room for all that a view of this size wants.
+fn roomy(strategy: Strategy) -> RendererSettings {
+    RendererSettings {
+        strategy,
+        cache_columns: 12,
+        cache_rows: 12,
+        max_tiles: 144,
+        ..Default::default()
+    }
+}
+
+fn view(heading_deg: f64, pitch_deg: f64, height_m: f64) -> CameraView {
+    CameraView {
+        eye: dvec2(-3_000.0, -9_000.0).extend(height_m),
+        heading_deg,
+        pitch_deg,
+        fov_y_deg: 50.0,
+        viewport_px: SIZE_PX,
+    }
+}
+
+struct Bench {
+    gpu: Arc<GpuContext>,
+    renderer: TerrainRenderer,
+    target: OffscreenTarget,
+}
+
+impl Bench {
+    fn new(settings: RendererSettings) -> Option<Self> {
+        let gpu = gpu()?;
+        let renderer = TerrainRenderer::new(Arc::clone(&gpu), source(), settings).unwrap();
+        let target = OffscreenTarget::new(&gpu, SIZE_PX);
+        Some(Self { gpu, renderer, target })
+    }
+
+    fn settle(&mut self, view: &CameraView) -> FrameRecord {
+        self.renderer.render_settled(view, self.target.view(), OFFSCREEN_FORMAT).unwrap()
+    }
+
+    fn picture(&mut self, view: &CameraView) -> Picture {
+        self.settle(view);
+        Picture::read(&self.gpu, &self.target).unwrap()
+    }
+
+    fn switch(&mut self, strategy: Strategy) {
+        let settings = RendererSettings { strategy, ..*self.renderer.settings() };
+        self.renderer.set_settings(settings).unwrap();
+    }
+}
+
+/// The part of the pixels that differ at all, and the greatest difference of a channel.
+fn difference(a: &Picture, b: &Picture) -> (f64, u8) {
+    let pixels = || a.rgba.chunks_exact(4).zip(b.rgba.chunks_exact(4));
+    let differing = pixels().filter(|(a, b)| a != b).count();
+    let greatest = a.rgba.iter().zip(&b.rgba).map(|(a, b)| a.abs_diff(*b)).max();
+    (differing as f64 / pixels().count() as f64, greatest.unwrap_or(0))
+}
+
+#[test]
+fn with_room_for_all_they_want_both_settle_to_the_same_picture() {
+    let Some(mut scheduled) = Bench::new(roomy(Strategy::RttQuadtree)) else { return };
+    let Some(mut by_frustum) = Bench::new(roomy(Strategy::CpuFrustum)) else { return };
+    for view in [
+        view(20.0, -18.0, 2_500.0),
+        view(200.0, -5.0, 1_300.0),
+        view(95.0, -60.0, 6_000.0),
+        view(0.0, -90.0, 40_000.0),
+    ] {
+        let (part, greatest) = difference(&scheduled.picture(&view), &by_frustum.picture(&view));
+        let tiles = [&scheduled, &by_frustum].map(|bench| bench.renderer.selection().tiles.len());
+        println!(
+            "heading {}, height {} m: {} and {} tiles, {:.3} % of the pixels differ, by {greatest} at most",
+            view.heading_deg,
+            view.eye.z,
+            tiles[0],
+            tiles[1],
+            100.0 * part
+        );
+        assert!(tiles.iter().all(|&count| count < 144), "no room: {tiles:?}");
+        // Where a ridge ends against the sky, triangles have vertices on the ground behind it: the
+        // frustum holds it at full detail, the box of what is seen need not.
+        assert!(part < 0.006, "{part} of the pixels differ");
+    }
+}
+
+#[test]
+fn without_feedback_nothing_is_read_back_and_a_still_camera_comes_to_rest() {
+    let Some(mut bench) =
+        Bench::new(RendererSettings { strategy: Strategy::CpuFrustum, ..Default::default() })
+    else {
+        return;
+    };
+    let view = view(20.0, -18.0, 2_500.0);
+    let settled = bench.settle(&view);
+    assert_eq!(settled.strategy, "cpu-frustum");
+    assert!(settled.tiles_selected > 20 && settled.tiles_selected <= 36, "{settled:?}");
+    assert_eq!((settled.readback_bytes, settled.coordinate_pass_drawn), (0, false));
+    assert_eq!((settled.tiles_missing, settled.region_age_frames), (0, None));
+    assert!(!bench.renderer.needs_frame(&view), "a window need not draw again");
+    let still = bench.renderer.render(&view, bench.target.view(), OFFSCREEN_FORMAT).unwrap();
+    assert_eq!((still.upload_bytes, still.disk_bytes, still.readback_bytes), (0, 0, 0));
+    assert_eq!((still.tiles_new, still.select_ms), (0, 0.0));
+    let turned = CameraView { heading_deg: view.heading_deg + 0.1, ..view };
+    assert!(bench.renderer.needs_frame(&turned));
+}
+
+#[test]
+fn a_switch_keeps_the_cache_and_comes_to_the_same_picture() {
+    let Some(mut bench) = Bench::new(roomy(Strategy::RttQuadtree)) else { return };
+    let view = view(20.0, -18.0, 2_500.0);
+    let first = bench.picture(&view);
+    bench.switch(Strategy::CpuFrustum);
+    assert!(bench.renderer.needs_frame(&view), "the switch shows at once");
+    let record = bench.settle(&view);
+    assert_eq!(record.strategy, "cpu-frustum");
+    assert!(record.tiles_new < record.tiles_selected, "only what is not there yet: {record:?}");
+    bench.switch(Strategy::RttQuadtree);
+    let record = bench.settle(&view);
+    assert_eq!((record.strategy.as_str(), record.tiles_new), ("rtt-quadtree", 0));
+    assert!(bench.picture(&view) == first, "the picture changed");
+    assert!(!bench.renderer.needs_frame(&view));
+}
+
+#[test]
+fn a_strategy_without_feedback_can_be_switched_to_and_from_in_flight() {
+    let Some(mut bench) = Bench::new(roomy(Strategy::CpuFrustum)) else { return };
+    let mut names = Vec::new();
+    for step in 0..12 {
+        bench.switch(Strategy::ALL[step / 3 % 2]);
+        let view = view(15.0 * step as f64, -20.0, 2_000.0);
+        let record = bench.renderer.render(&view, bench.target.view(), OFFSCREEN_FORMAT).unwrap();
+        names.push(record.strategy);
+        let asks = record.coordinate_pass_drawn;
+        assert!(!asks || Strategy::ALL[step / 3 % 2] == Strategy::RttQuadtree, "frame {step}");
+    }
+    assert_eq!(names[2..4], ["rtt-quadtree", "cpu-frustum"]);
+    let view = view(165.0, -20.0, 2_000.0);
+    bench.switch(Strategy::CpuFrustum);
+    let in_flight = bench.picture(&view);
+    let fresh = Bench::new(roomy(Strategy::CpuFrustum)).unwrap().picture(&view);
+    // Which slots the tiles got goes by the order in which they came; filtering rounds accordingly.
+    let (_, greatest) = difference(&in_flight, &fresh);
+    assert!(greatest <= 1, "the picture depends on the way there: {greatest}");
+}
