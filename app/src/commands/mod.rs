@@ -1,11 +1,13 @@
 //! The commands, a file each.
 
+pub mod compare;
 pub mod doctor;
 pub mod fly;
 pub mod info;
 pub mod precision;
 pub mod prepare;
 pub mod render;
+pub mod synth;
 
 use std::path::Path;
 
@@ -27,10 +29,12 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
     match cli.command {
         None => run_demo(cli.adapter),
         Some(Command::Prepare(args)) => prepare::run(args),
+        Some(Command::Synth(args)) => synth::run(args),
         Some(Command::Info(args)) => info::run(args),
         Some(Command::Fly(args)) => fly::run(&args, &cli.adapter),
         Some(Command::Render(args)) => render::run(&args, &cli.adapter),
         Some(Command::Precision(args)) => precision::run(&args, &cli.adapter),
+        Some(Command::Compare(args)) => compare::run(&args, &cli.adapter),
         Some(Command::Doctor(args)) => doctor::run(&args, &cli.adapter),
     }
 }

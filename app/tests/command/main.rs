@@ -7,6 +7,7 @@
 mod documents;
 mod drawing;
 mod harness;
+mod precision;
 #[cfg(unix)]
 mod preparing;
 mod usage;
