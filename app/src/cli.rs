@@ -3,6 +3,7 @@
 use clap::{Parser, Subcommand};
 use terrain_core::gpu::AdapterChoice;
 
+use crate::commands::compare::CompareArgs;
 use crate::commands::doctor::DoctorArgs;
 use crate::commands::fly::FlyArgs;
 use crate::commands::info::InfoArgs;
@@ -45,6 +46,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Study how exact places, texture coordinates and depth are.
     Precision(PrecisionArgs),
+    /// Measure what a flight's frames cost and how far they are from exact pictures.
+    Compare(CompareArgs),
     /// Say which graphics adapters there are, what they can do and what would be left out.
     Doctor(DoctorArgs),
 }

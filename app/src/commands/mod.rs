@@ -1,5 +1,6 @@
 //! The commands, a file each.
 
+pub mod compare;
 pub mod doctor;
 pub mod fly;
 pub mod info;
@@ -33,6 +34,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Some(Command::Fly(args)) => fly::run(&args, &cli.adapter),
         Some(Command::Render(args)) => render::run(&args, &cli.adapter),
         Some(Command::Precision(args)) => precision::run(&args, &cli.adapter),
+        Some(Command::Compare(args)) => compare::run(&args, &cli.adapter),
         Some(Command::Doctor(args)) => doctor::run(&args, &cli.adapter),
     }
 }

@@ -42,6 +42,8 @@ pub static DERIVE_COLOURS: Shader = shader!("derive_colours");
 pub static LOOKUP_PROBE: Shader = shader!("lookup_probe", "frame", "tile_lookup", "height_sample");
 /// Pictures of the renderer's own textures.
 pub static DEBUG_IMAGE: Shader = shader!("debug_image");
+/// Rays on a limit-triangulated surface.
+pub static LIMIT_SURFACE: Shader = shader!("limit_surface");
 /// Places on Earth decoded from every encoding.
 pub static PRECISION_ENCODINGS: Shader = shader!("precision_encodings", "frame", "tile_lookup");
 /// Bits of a span's dot products, tried one by one.
@@ -61,7 +63,7 @@ pub static PRECISION_NATIVE_F64: Shader = shader!("precision_native", "real_f64"
 pub static PRECISION_NATIVE_F16: Shader = shader!("precision_native", "real_f16");
 
 /// Every shader of the library that needs no optional feature, for tests that look at all of them.
-pub static ALL: [&Shader; 14] = [
+pub static ALL: [&Shader; 15] = [
     &DISPLACE,
     &SORT_TRIANGLES,
     &TERRAIN,
@@ -71,6 +73,7 @@ pub static ALL: [&Shader; 14] = [
     &DERIVE_COLOURS,
     &LOOKUP_PROBE,
     &DEBUG_IMAGE,
+    &LIMIT_SURFACE,
     &PRECISION_ENCODINGS,
     &PRECISION_SPAN,
     &PRECISION_NATIVE,

@@ -4,11 +4,12 @@ use encase::ShaderType;
 
 use crate::dataset::HeightSamples;
 use crate::gpu::derive_heights_pass::DecodeJob;
+use crate::gpu::limit_surface_pass::{CastPixel, LimitUniforms};
 use crate::gpu::mesh_buffers::MeshBuffers;
 use crate::gpu::precision_probe::{Answer, Operands, Outcome, Results, Trial};
 use crate::gpu::shader_library::{
-    ALL, DERIVE_HEIGHTS, DISPLACE, PRECISION_ENCODINGS, PRECISION_FLOATS, PRECISION_SPAN, Shader,
-    TERRAIN, WITH_OTHER_FLOATS,
+    ALL, DERIVE_HEIGHTS, DISPLACE, LIMIT_SURFACE, PRECISION_ENCODINGS, PRECISION_FLOATS,
+    PRECISION_SPAN, Shader, TERRAIN, WITH_OTHER_FLOATS,
 };
 use crate::gpu::{FrameUniforms, TableRange, TileEntry, TilePlace};
 use crate::precision::encodings::{Decoded, EncodedPoint};
@@ -115,6 +116,19 @@ fn plain_structs_have_the_same_members_offsets_and_sizes() {
 }
 
 #[test]
+fn structs_of_the_limit_surface_have_the_same_members_offsets_and_sizes() {
+    let uniforms = offsets!(
+        LimitUniforms: ray_corner, cell_m, ray_per_column, lowest_m, ray_per_row, highest_m, eye,
+        ray_angle, background, rays, eye_cell, grid_size, uv_origin, uv_per_cell, size_px, texel_m,
+        top_level, levels
+    );
+    let size = size_of::<LimitUniforms>() as u32;
+    assert_eq!(wgsl_layout(&LIMIT_SURFACE, "LimitUniforms"), (uniforms, size));
+    let pixel = offsets!(CastPixel: linear, triangle, distance_m, hits, words, places);
+    assert_eq!(wgsl_layout(&LIMIT_SURFACE, "CastPixel"), (pixel, size_of::<CastPixel>() as u32));
+}
+
+#[test]
 fn what_the_precision_probes_send_and_receive_has_the_same_layout() {
     let point = offsets!(EncodedPoint: world, world_low, eye, eye_low, corner, corner_low, from_eye,
         corner_from_eye, shipped_corner_from_eye, fraction, eye_fraction, tile, eye_tile, fixed,
@@ -131,7 +145,10 @@ fn what_the_precision_probes_send_and_receive_has_the_same_layout() {
     let outcome = offsets!(Outcome: moved, level, texture);
     assert_eq!(wgsl_layout(&PRECISION_SPAN, "Outcome"), (outcome, size_of::<Outcome>() as u32));
     let operands = offsets!(Operands: a, b, c);
-    assert_eq!(wgsl_layout(&PRECISION_FLOATS, "Operands"), (operands, size_of::<Operands>() as u32));
+    assert_eq!(
+        wgsl_layout(&PRECISION_FLOATS, "Operands"),
+        (operands, size_of::<Operands>() as u32)
+    );
     let results = offsets!(Results: plain, fused, quotient, sum_error, product_error);
     assert_eq!(wgsl_layout(&PRECISION_FLOATS, "Results"), (results, size_of::<Results>() as u32));
 }

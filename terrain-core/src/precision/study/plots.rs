@@ -1,7 +1,7 @@
 use super::{NativeRow, SpanRow, Study};
 use crate::measure::report::{Plot, Series, SeriesStyle};
 use crate::precision::depth::DepthKind;
-use crate::precision::encodings::{Encoding, EncodingErrors, PlaceRow, PositionRow};
+use crate::precision::encodings::{Encoding, EncodingErrors, GroundRow, PlaceRow, PositionRow};
 use crate::precision::span::{STUDIED_HALF_PIXELS_RAD, TEXEL_PART};
 
 /// A plot with the name of its file and what to say under it.
@@ -71,9 +71,10 @@ fn span_plot(study: &Study, half_pixel_rad: f64) -> NamedPlot {
 fn native_plot(study: &Study) -> NamedPlot {
     let half_pixel_rad = STUDIED_HALF_PIXELS_RAD[2];
     let series = |bits: u32, what: &str, style, texels: &dyn Fn(&NativeRow) -> f64| {
-        let rows = study.natives.iter().filter(|row| {
-            row.significant_bits == bits && row.half_pixel_rad == half_pixel_rad
-        });
+        let rows = study
+            .natives
+            .iter()
+            .filter(|row| row.significant_bits == bits && row.half_pixel_rad == half_pixel_rad);
         let points = rows.map(|row| [row.range, texels(row)]).collect();
         Series { name: format!("{bits} bits, {what}"), points, style }
     };
@@ -124,7 +125,7 @@ fn worst_by<Row>(
         }
         points.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let style = match encoding {
-            // They lie on one another wherever the lookup finds the right tile.
+            // It lies on the camera-relative one in most plots.
             Encoding::Shipped => SeriesStyle::Points,
             _ => SeriesStyle::Line,
         };
@@ -145,8 +146,7 @@ fn encoding_plots(study: &Study) -> Vec<NamedPlot> {
     );
     let far = |name: &str, label: &str, x_log, x: &dyn Fn(&PositionRow) -> f64| {
         let place = |row: &PositionRow| (!is_near(row)).then(|| x(row));
-        let curves =
-            worst_by(&errors.positions, |row| row.encoding, place, |row| row.worst_pixels);
+        let curves = worst_by(&errors.positions, |row| row.encoding, place, |row| row.worst_pixels);
         encoding_plot(
             name,
             ["Position beyond 1 km", label, "worst error, pixels"],
@@ -168,7 +168,23 @@ fn encoding_plots(study: &Study) -> Vec<NamedPlot> {
         }),
         far("encodings-fov", "field of view, degrees", true, &|row| row.cell.fov_deg),
         texel_plot(errors, contract.texel_part),
+        ground_plot(errors, contract.near_tolerance_m),
     ]
+}
+
+fn ground_plot(errors: &EncodingErrors, near_tolerance_m: f64) -> NamedPlot {
+    let texel = |row: &GroundRow| Some(row.cell.texel_m);
+    let curves = worst_by(&errors.grounds, |row| row.encoding, texel, |row| row.height_m);
+    encoding_plot(
+        "encodings-grounds",
+        [
+            "Height of the ground within 1 km of the eye",
+            "texel of the heights, m",
+            "worst error, m",
+        ],
+        true,
+        with_bound(curves, "1 mm", near_tolerance_m),
+    )
 }
 
 fn texel_plot(errors: &EncodingErrors, texel_part: f64) -> NamedPlot {
@@ -203,9 +219,7 @@ fn encoding_plot(
             y_log: true,
             series,
         },
-        caption: "The worst over all other axes of the sweep. Camera-relative and shipped lie on one \
-                  another but for the tile that is looked up."
-            .to_owned(),
+        caption: "The worst over all other axes of the sweep.".to_owned(),
     }
 }
 
@@ -236,8 +250,9 @@ fn depth_plot(study: &Study) -> NamedPlot {
             y_log: true,
             series,
         },
-        caption: "Lines: the step between neighbouring depths by the formula. Points, in the colour \
+        caption:
+            "Lines: the step between neighbouring depths by the formula. Points, in the colour \
                   next to the line's: the smallest gap found by drawing two squares."
-            .to_owned(),
+                .to_owned(),
     }
 }

@@ -2,7 +2,8 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
+use glam::DVec2;
+use serde::Serialize;
 use tempfile::NamedTempFile;
 
 use super::{
@@ -11,7 +12,7 @@ use super::{
 use crate::dataset::Crs;
 
 /// What the file says of its surface.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LimitFileHeader {
     /// CRS of the coordinates.
     pub crs: Crs,
@@ -27,18 +28,38 @@ pub struct LimitFileHeader {
     pub limit_steps: f32,
 }
 
+impl LimitFileHeader {
+    /// Five numbers of f64 and one of f32, columns, rows, the distances after their count, and the CRS
+    /// as JSON after its length.
+    fn to_bytes(&self, path: &Path) -> Result<Vec<u8>, LimitSurfaceError> {
+        let crs = serde_json::to_vec(&self.crs)
+            .map_err(|error| file_error(path, &std::io::Error::from(error)))?;
+        let LimitGrid { origin, cell_m, columns, rows } = self.grid;
+        let numbers =
+            [origin.x, origin.y, cell_m, self.admissible_angle_rad, self.vertical_exaggeration];
+        let mut bytes: Vec<u8> = numbers.into_iter().flat_map(f64::to_le_bytes).collect();
+        bytes.extend(self.limit_steps.to_le_bytes());
+        for word in [columns, rows, self.distances_m.len() as u32] {
+            bytes.extend(word.to_le_bytes());
+        }
+        bytes.extend(self.distances_m.iter().flat_map(|distance_m| distance_m.to_le_bytes()));
+        bytes.extend((crs.len() as u32).to_le_bytes());
+        bytes.extend(crs);
+        Ok(bytes)
+    }
+}
+
 const MAGIC: &[u8; 8] = b"TERRLIMT";
 const END: &[u8; 8] = b"TERRLEND";
 /// The version this program writes and reads.
 const VERSION: u32 = 1;
-/// No header is longer; what says so is damaged.
-const MOST_HEADER_BYTES: u32 = 1 << 20;
+/// No CRS takes more bytes; what says so is damaged.
+const MOST_CRS_BYTES: u32 = 1 << 16;
 
 /// Writes a surface band by band, under a temporary name beside its own that is given up unless
 /// [`Self::finish`] is reached.
 ///
-/// The file, all numbers little-endian: magic, version, length of the header, the header (JSON), CRC-32
-/// of all this; then the bands from north to south, each its number of rows of cells and of knots,
+/// The file, all numbers little-endian: magic, version, the header, CRC-32 of all this; then the bands from north to south, each its number of rows of cells and of knots,
 /// the heights of its nodes (float32; the last band has one row more), the words of its triangles, its
 /// knots and a CRC-32; then an end mark.
 pub struct LimitFileWriter {
@@ -63,12 +84,9 @@ impl LimitFileWriter {
             .tempfile_in(folder)
             .map_err(|error| file_error(path, &error))?;
         let mut writer = Self { path: path.to_owned(), file: BufWriter::new(file), bytes: 0 };
-        let json = serde_json::to_vec(header)
-            .map_err(|error| file_error(path, &std::io::Error::from(error)))?;
         let mut bytes = MAGIC.to_vec();
         bytes.extend(VERSION.to_le_bytes());
-        bytes.extend((json.len() as u32).to_le_bytes());
-        bytes.extend(json);
+        bytes.extend(header.to_bytes(path)?);
         writer.put_checked(bytes)?;
         Ok(writer)
     }
@@ -241,13 +259,38 @@ impl Reader<'_> {
             let (path, expected) = (self.path.to_owned(), VERSION);
             return Err(LimitSurfaceError::OtherVersion { path, found, expected });
         }
-        let length = self.word()?;
-        if length > MOST_HEADER_BYTES {
-            return Err(self.damaged("its header is too long"));
+        let numbers = self.doubles(5)?;
+        let limit_steps = f32::from_bits(self.word()?);
+        let (columns, rows, count) = (self.word()?, self.word()?, self.word()?);
+        if count as usize > DistanceSet::MOST {
+            return Err(self.damaged("it has too many distances"));
         }
-        let json = self.bytes(u64::from(length))?;
+        let distances_m = self.doubles(u64::from(count))?;
+        let length = self.word()?;
+        if length > MOST_CRS_BYTES {
+            return Err(self.damaged("its CRS is too long"));
+        }
+        let crs = self.bytes(u64::from(length))?;
         self.end_check("the header")?;
-        serde_json::from_slice(&json).map_err(|error| self.damaged(error.to_string()))
+        Ok(LimitFileHeader {
+            crs: serde_json::from_slice(&crs).map_err(|error| self.damaged(error.to_string()))?,
+            grid: LimitGrid {
+                origin: DVec2::new(numbers[0], numbers[1]),
+                cell_m: numbers[2],
+                columns,
+                rows,
+            },
+            distances_m,
+            admissible_angle_rad: numbers[3],
+            vertical_exaggeration: numbers[4],
+            limit_steps,
+        })
+    }
+
+    fn doubles(&mut self, count: u64) -> Result<Vec<f64>, LimitSurfaceError> {
+        let words = self.words(2 * count)?;
+        let double = |pair: &[u32]| f64::from_bits(u64::from(pair[0]) | u64::from(pair[1]) << 32);
+        Ok(words.chunks_exact(2).map(double).collect())
     }
 
     fn band(

@@ -1,5 +1,5 @@
 use glam::{DVec2, DVec3, dvec2};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::LimitSurfaceError;
 use crate::tiling::Extent;
@@ -10,7 +10,7 @@ use crate::tiling::Extent;
 /// Rows run south from the north-western corner and columns east, as in rasters. A cell's diagonal
 /// runs from its north-western to its south-eastern node. Triangle `2 * (row * columns + column)` is
 /// the north-eastern half of a cell, the one after it the south-western.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LimitGrid {
     /// North-western corner, metres of the CRS.
     pub origin: DVec2,

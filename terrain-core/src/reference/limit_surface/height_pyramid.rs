@@ -68,6 +68,17 @@ impl HeightPyramid {
         self.ranges.last().copied().unwrap_or(EMPTY)
     }
 
+    /// Bytes in memory of the ranges of a grid.
+    pub fn byte_len_of(grid: &LimitGrid) -> u64 {
+        let (mut columns, mut rows) = (u64::from(grid.columns), u64::from(grid.rows));
+        let mut ranges = 0;
+        while ranges == 0 || columns > 1 || rows > 1 {
+            (columns, rows) = (columns.div_ceil(2), rows.div_ceil(2));
+            ranges += columns * rows;
+        }
+        8 * ranges
+    }
+
     /// Bytes in memory.
     pub fn byte_len(&self) -> u64 {
         8 * self.ranges.len() as u64

@@ -277,15 +277,12 @@ mod tests {
 
     /// The mean over a square lattice of points within the circle.
     fn brute_force_mean(texture: &dyn SurfaceTexture, footprint: &Footprint) -> Vec3 {
-        let mut sum = Vec4::ZERO;
         let side = 120;
-        for (x, y) in (0..side).flat_map(|x| (0..side).map(move |y| (x, y))) {
-            let at = |i: i32| (f64::from(i) + 0.5) / f64::from(side) * 2.0 - 1.0;
-            let place = dvec2(at(x), at(y));
-            if place.length() < 1.0 {
-                sum += texture.colour(footprint.on_tangent_plane(place), 0.0);
-            }
-        }
+        let at = |i: i32| (f64::from(i) + 0.5) / f64::from(side) * 2.0 - 1.0;
+        let lattice = (0..side * side).map(|i| dvec2(at(i % side), at(i / side)));
+        let places = lattice.filter(|place| place.length() < 1.0);
+        let points = footprint.on_tangent_plane(places);
+        let sum: Vec4 = points.map(|point| texture.colour(point, 0.0)).sum();
         sum.truncate() / sum.w
     }
 }

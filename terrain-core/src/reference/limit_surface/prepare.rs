@@ -9,8 +9,8 @@ use super::build::limit_for;
 use super::dataset_ground::{node_heights_m, texture_window};
 use super::file::{LimitFileHeader, LimitFileWriter};
 use super::{
-    ColourBuild, ConvergedQuadrature, DistanceSet, KnotBudget, KnotRule, LimitGrid, LimitMemory,
-    LimitRelief, LimitSurfaceError, MipTexture,
+    ColourBuild, ConvergedQuadrature, DistanceSet, HeightPyramid, KnotBudget, KnotRule, LimitGrid,
+    LimitMemory, LimitRelief, LimitSurfaceError, MipTexture,
 };
 use crate::dataset::TileSource;
 use crate::prepare::Progress;
@@ -193,9 +193,7 @@ impl Bands<'_> {
             self.tell("integrate", &rows);
         }
         let grid = &self.plan.grid;
-        // A third more blocks than the finest of them, each of four cells with two numbers.
-        let blocks = u64::from(grid.columns.div_ceil(2)) * u64::from(grid.rows.div_ceil(2));
-        let shape_bytes = 4 * grid.node_count() as u64 + 8 * blocks * 4 / 3;
+        let shape_bytes = 4 * grid.node_count() as u64 + HeightPyramid::byte_len_of(grid);
         Ok(LimitMemory { triangles, knots, colour_bytes, shape_bytes })
     }
 
