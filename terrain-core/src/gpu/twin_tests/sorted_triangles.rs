@@ -68,6 +68,7 @@ impl Stage {
             height_range_m: [-250.0, 800.0],
             data_extent: &scene.tree.data_extent,
             triangle_px: 12.0,
+            has_coordinates: true,
         };
         meshes.set_up(&gpu.device, &gpu.queue, &mesh_scene);
         let mut pass = encoder.begin_compute_pass(&Default::default());
