@@ -6,6 +6,7 @@ use terrain_core::gpu::AdapterChoice;
 use crate::commands::doctor::DoctorArgs;
 use crate::commands::fly::FlyArgs;
 use crate::commands::info::InfoArgs;
+use crate::commands::limit::LimitArgs;
 use crate::commands::precision::PrecisionArgs;
 use crate::commands::prepare::PrepareArgs;
 use crate::commands::render::RenderArgs;
@@ -42,6 +43,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Study how exact places, texture coordinates and depth are.
     Precision(PrecisionArgs),
+    /// Make and study limit-triangulated surfaces: colours integrated over distance.
+    Limit(LimitArgs),
     /// Say which graphics adapters there are, what they can do and what would be left out.
     Doctor(DoctorArgs),
 }

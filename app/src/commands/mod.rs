@@ -3,6 +3,7 @@
 pub mod doctor;
 pub mod fly;
 pub mod info;
+pub mod limit;
 pub mod precision;
 pub mod prepare;
 pub mod render;
@@ -31,6 +32,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Some(Command::Fly(args)) => fly::run(&args, &cli.adapter),
         Some(Command::Render(args)) => render::run(&args, &cli.adapter),
         Some(Command::Precision(args)) => precision::run(&args, &cli.adapter),
+        Some(Command::Limit(args)) => limit::run(&args),
         Some(Command::Doctor(args)) => doctor::run(&args, &cli.adapter),
     }
 }

@@ -112,11 +112,7 @@ fn capabilities(adapter: &wgpu::Adapter) -> Vec<CapabilityReport> {
             has(wgpu::Features::POLYGON_MODE_LINE),
             "the wireframe view is left out",
         ),
-        (
-            "shaders in f16",
-            has(wgpu::Features::SHADER_F16),
-            "terrain precision measures no f16",
-        ),
+        ("shaders in f16", has(wgpu::Features::SHADER_F16), "terrain precision measures no f16"),
         (
             "shaders in f64",
             has(wgpu::Features::SHADER_F64),

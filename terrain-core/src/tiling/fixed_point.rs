@@ -35,8 +35,7 @@ impl FixedPosition {
     /// order and precision, so that CPU and GPU agree bit for bit.
     pub fn from_offset(anchor: Self, offset_m: [f32; 2], units_per_m: f32) -> Self {
         const REACH: f32 = FIXED_UNITS_PER_ROOT as f32;
-        let units =
-            |metres: f32| (metres * units_per_m).clamp(-REACH, REACH).floor() as i32;
+        let units = |metres: f32| (metres * units_per_m).clamp(-REACH, REACH).floor() as i32;
         let in_root = |position: i32| position.clamp(0, FIXED_UNITS_PER_ROOT - 1);
         Self {
             x: in_root(anchor.x + units(offset_m[0])),

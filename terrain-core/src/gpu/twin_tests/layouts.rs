@@ -8,8 +8,8 @@ use crate::gpu::limit_surface_pass::{CastPixel, LimitUniforms};
 use crate::gpu::mesh_buffers::MeshBuffers;
 use crate::gpu::precision_probe::{Answer, Operands, Outcome, Results, Trial};
 use crate::gpu::shader_library::{
-    ALL, DERIVE_HEIGHTS, DISPLACE, LIMIT_SURFACE, PRECISION_ENCODINGS, PRECISION_FLOATS, PRECISION_SPAN, Shader,
-    TERRAIN, WITH_OTHER_FLOATS,
+    ALL, DERIVE_HEIGHTS, DISPLACE, LIMIT_SURFACE, PRECISION_ENCODINGS, PRECISION_FLOATS,
+    PRECISION_SPAN, Shader, TERRAIN, WITH_OTHER_FLOATS,
 };
 use crate::gpu::{FrameUniforms, TableRange, TileEntry, TilePlace};
 use crate::precision::encodings::{Decoded, EncodedPoint};
@@ -145,7 +145,10 @@ fn what_the_precision_probes_send_and_receive_has_the_same_layout() {
     let outcome = offsets!(Outcome: moved, level, texture);
     assert_eq!(wgsl_layout(&PRECISION_SPAN, "Outcome"), (outcome, size_of::<Outcome>() as u32));
     let operands = offsets!(Operands: a, b, c);
-    assert_eq!(wgsl_layout(&PRECISION_FLOATS, "Operands"), (operands, size_of::<Operands>() as u32));
+    assert_eq!(
+        wgsl_layout(&PRECISION_FLOATS, "Operands"),
+        (operands, size_of::<Operands>() as u32)
+    );
     let results = offsets!(Results: plain, fused, quotient, sum_error, product_error);
     assert_eq!(wgsl_layout(&PRECISION_FLOATS, "Results"), (results, size_of::<Results>() as u32));
 }

@@ -7,7 +7,9 @@ use crate::frame_setup::frame_uniforms;
 use crate::gpu::{FrameUniforms, TilePlace};
 use crate::renderer_settings::RendererSettings;
 use crate::selection::{LayerTree, TileTree};
-use crate::tiling::{FIXED_UNITS_PER_ROOT, FixedPosition, LayerLayout, TileId, TileSet, TilingScheme};
+use crate::tiling::{
+    FIXED_UNITS_PER_ROOT, FixedPosition, LayerLayout, TileId, TileSet, TilingScheme,
+};
 
 /// An eye over a tiled ground: what points are encoded against.
 pub struct EncodingScene {

@@ -180,7 +180,11 @@ mod tests {
             // 40 bits after the point: leading zeros of the integer less those of 41 bits' width.
             let written = (view.normal_dot() * 40.0_f64.exp2()).floor() as u64;
             let zeros = written.leading_zeros() - (u64::BITS - 41);
-            assert_eq!(f64::from(zeros), view.leading_zeros().ceil() - 1.0 + whole(&view), "{range}");
+            assert_eq!(
+                f64::from(zeros),
+                view.leading_zeros().ceil() - 1.0 + whole(&view),
+                "{range}"
+            );
         }
     }
 

@@ -71,9 +71,10 @@ fn span_plot(study: &Study, half_pixel_rad: f64) -> NamedPlot {
 fn native_plot(study: &Study) -> NamedPlot {
     let half_pixel_rad = STUDIED_HALF_PIXELS_RAD[2];
     let series = |bits: u32, what: &str, style, texels: &dyn Fn(&NativeRow) -> f64| {
-        let rows = study.natives.iter().filter(|row| {
-            row.significant_bits == bits && row.half_pixel_rad == half_pixel_rad
-        });
+        let rows = study
+            .natives
+            .iter()
+            .filter(|row| row.significant_bits == bits && row.half_pixel_rad == half_pixel_rad);
         let points = rows.map(|row| [row.range, texels(row)]).collect();
         Series { name: format!("{bits} bits, {what}"), points, style }
     };
@@ -145,8 +146,7 @@ fn encoding_plots(study: &Study) -> Vec<NamedPlot> {
     );
     let far = |name: &str, label: &str, x_log, x: &dyn Fn(&PositionRow) -> f64| {
         let place = |row: &PositionRow| (!is_near(row)).then(|| x(row));
-        let curves =
-            worst_by(&errors.positions, |row| row.encoding, place, |row| row.worst_pixels);
+        let curves = worst_by(&errors.positions, |row| row.encoding, place, |row| row.worst_pixels);
         encoding_plot(
             name,
             ["Position beyond 1 km", label, "worst error, pixels"],
@@ -203,9 +203,10 @@ fn encoding_plot(
             y_log: true,
             series,
         },
-        caption: "The worst over all other axes of the sweep. Camera-relative and shipped lie on one \
+        caption:
+            "The worst over all other axes of the sweep. Camera-relative and shipped lie on one \
                   another but for the tile that is looked up."
-            .to_owned(),
+                .to_owned(),
     }
 }
 
@@ -236,8 +237,9 @@ fn depth_plot(study: &Study) -> NamedPlot {
             y_log: true,
             series,
         },
-        caption: "Lines: the step between neighbouring depths by the formula. Points, in the colour \
+        caption:
+            "Lines: the step between neighbouring depths by the formula. Points, in the colour \
                   next to the line's: the smallest gap found by drawing two squares."
-            .to_owned(),
+                .to_owned(),
     }
 }

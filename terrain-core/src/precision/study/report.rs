@@ -37,7 +37,8 @@ pub fn report_page(study: &Study, machine: &str) -> Result<String, PlotError> {
         page.table(&["operation", "tried", "not as IEEE 754 has it"], &float_table(floats));
     }
     if !summary.natives.is_empty() {
-        let header = ["bits of the format", "half a pixel", "bits found", "beyond 1/16 texel", "overflows"];
+        let header =
+            ["bits of the format", "half a pixel", "bits found", "beyond 1/16 texel", "overflows"];
         page.table(&header, &native_table(&summary));
         page.paragraph("The last two columns are ranges: ground distance over height.");
     }
@@ -119,8 +120,9 @@ fn depth_table(summary: &Summary) -> Vec<[String; 5]> {
 }
 
 fn float_table(floats: &FloatFindings) -> Vec<[String; 3]> {
-    let row = |name: &str, tried: usize, off: usize| [name, &tried.to_string(), &off.to_string()]
-        .map(str::to_owned);
+    let row = |name: &str, tried: usize, off: usize| {
+        [name, &tried.to_string(), &off.to_string()].map(str::to_owned)
+    };
     vec![
         row("a * b + c, two roundings (off: contracted to one)", floats.telling, floats.contracted),
         row("fma(a, b, c)", floats.tried, floats.fma_unfused),
