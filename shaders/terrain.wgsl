@@ -127,7 +127,8 @@ fn debug_colour(bare: vec3<f32>, lit: f32, shown: TileEntry, pixel: Footprint, s
     let hue = level_colour(shown.level);
     let shaded = mix(bare * lit, hue, select(0.0, 0.45, DEBUG_VIEW == DEBUG_LEVELS));
     let pixel_texels = (abs(pixel.step_x_m) + abs(pixel.step_y_m)) * shown.place.texels_per_m;
-    let place = texel_in_tile(shown.place, pixel.offset_m);
+    let gutter = select(frame.height_gutter_texels, frame.colour_gutter_texels, HAS_COLOURS);
+    let place = texel_in_tile(shown.place, pixel.offset_m) + told_from_texel(shown.place, size, gutter);
     return vec4<f32>(mix(shaded, hue, tile_border(place, size, pixel_texels)), 1.0);
 }
 

@@ -3,6 +3,7 @@
 use clap::{Parser, Subcommand};
 use terrain_core::gpu::AdapterChoice;
 
+use crate::commands::compare::CompareArgs;
 use crate::commands::doctor::DoctorArgs;
 use crate::commands::fly::FlyArgs;
 use crate::commands::info::InfoArgs;
@@ -10,6 +11,7 @@ use crate::commands::limit::LimitArgs;
 use crate::commands::precision::PrecisionArgs;
 use crate::commands::prepare::PrepareArgs;
 use crate::commands::render::RenderArgs;
+use crate::commands::synth::SynthArgs;
 
 const EXAMPLE: &str = "Example:
   terrain prepare --dem dem.tif --dom orthophoto.tif --out alps
@@ -35,6 +37,8 @@ pub struct Cli {
 pub enum Command {
     /// Make a dataset of height rasters and pictures.
     Prepare(PrepareArgs),
+    /// Write rasters of synthetic mountains, as large as wanted.
+    Synth(SynthArgs),
     /// Tell what a dataset holds.
     Info(InfoArgs),
     /// Fly over a dataset, in a window or measured without one.
@@ -43,6 +47,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Study how exact places, texture coordinates and depth are.
     Precision(PrecisionArgs),
+    /// Measure what a flight's frames cost and how far they are from exact pictures.
+    Compare(CompareArgs),
     /// Make and study limit-triangulated surfaces: colours integrated over distance.
     Limit(LimitArgs),
     /// Say which graphics adapters there are, what they can do and what would be left out.

@@ -88,7 +88,7 @@ impl DrawingArgs {
 }
 
 /// A strategy by its name; all names are in the help.
-fn strategies() -> impl TypedValueParser<Value = Strategy> {
+pub fn strategies() -> impl TypedValueParser<Value = Strategy> {
     PossibleValuesParser::new(Strategy::ALL.map(Strategy::name))
         .try_map(|name| name.parse::<Strategy>())
 }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use glam::DVec3;
 use terrain_core::dataset::TileSource;
 use terrain_core::gpu::{AdapterChoice, GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
 use terrain_core::measure::FrameRecord;
@@ -61,6 +62,43 @@ impl Headless {
     /// Where the device fails.
     pub fn picture(&self) -> anyhow::Result<Vec<u8>> {
         Ok(self.target.read_rgba8(&self.gpu)?)
+    }
+
+    /// The pixels of the picture drawn last; see [`Self::picture`].
+    ///
+    /// # Errors
+    /// Where the device fails.
+    pub fn pixels(&self) -> anyhow::Result<Vec<[u8; 4]>> {
+        Ok(self.picture()?.as_chunks().0.to_vec())
+    }
+
+    /// The pixels of the view as it would be drawn with the tiles there are; no frame.
+    ///
+    /// # Errors
+    /// Where the device fails.
+    pub fn redraw(&mut self, view: &CameraView) -> anyhow::Result<Vec<[u8; 4]>> {
+        self.renderer.redraw(view, self.target.view(), OFFSCREEN_FORMAT)?;
+        self.pixels()
+    }
+
+    /// The point drawn at every pixel of the view with the tiles there are: x, y in the dataset's CRS,
+    /// z exaggerated, row by row from the top left; NaN where there is sky.
+    ///
+    /// # Errors
+    /// Where the device fails.
+    pub fn drawn_ground(&mut self, view: &CameraView) -> anyhow::Result<Vec<DVec3>> {
+        let points = self.renderer.drawn_coordinates(view)?;
+        Ok(points.into_iter().map(DVec3::from_array).collect())
+    }
+
+    /// The settings in force.
+    pub fn settings(&self) -> &RendererSettings {
+        self.renderer.settings()
+    }
+
+    /// What the graphics adapter calls itself.
+    pub fn adapter_name(&self) -> String {
+        self.gpu.adapter_name()
     }
 
     /// The point of the ground at every pixel, in the dataset's CRS and in true heights, row by row

@@ -14,7 +14,11 @@ fn bilinear_height(tile: TilePlace, place: vec2<f32>, mip: i32) -> vec2<f32> {
     let scale = 1.0 / f32(1 << u32(mip));
     let gutter = frame.height_gutter_texels * scale;
     let size = frame.height_tile_texels * scale;
-    let at = clamp(place * scale, vec2<f32>(0.5 - gutter), vec2<f32>(size + gutter - 0.5)) - 0.5;
+    // What the place is told from may lie within a texel of a coarser mip.
+    let told_from = told_from_texel(tile, frame.height_tile_texels, frame.height_gutter_texels) * scale;
+    let first = -floor(told_from);
+    let from_texel = place * scale + fract(told_from);
+    let at = clamp(from_texel, first + (0.5 - gutter), first + (size + gutter - 0.5)) - 0.5;
     let low = floor(at);
     let part = at - low;
     let corner = vec2<i32>(atlas_texel(tile) >> vec2<u32>(u32(mip))) + vec2<i32>(low);

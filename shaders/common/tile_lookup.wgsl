@@ -2,12 +2,14 @@
 // the paper's linear search through the table (sorted finest first), and a descent of the
 // quadtree over the cached tiles, which costs one load a level.
 
-// Where a tile lies, on the ground and in its atlas: all that sampling it takes.
+// Where a tile lies, on the ground and in its atlas: all that sampling it takes. Both are told from one
+// of its texels: the first for imagery, for heights one near the eye, since places near it are then
+// small and exact.
 struct TilePlace {
-    // The tile's north-west corner relative to the eye, metres east and north.
+    // The texel's north-west corner relative to the eye, metres east and north.
     origin_from_eye_m: vec2<f32>,
     texels_per_m: f32,
-    // North-west texel of the tile proper (inside its gutter) in the atlas: column, and row << 16.
+    // The texel in the atlas: column, and row << 16.
     atlas_texel: u32,
 }
 
@@ -93,14 +95,21 @@ fn atlas_texel(tile: TilePlace) -> vec2<u32> {
     return vec2<u32>(tile.atlas_texel & 0xffffu, tile.atlas_texel >> 16u);
 }
 
+// The texel that a tile is told from, counted from the first of the tile proper (inside its gutter).
+fn told_from_texel(tile: TilePlace, tile_texels: f32, gutter_texels: f32) -> vec2<f32> {
+    let stored_texels = tile_texels + 2.0 * gutter_texels;
+    let at = vec2<f32>(vec2<i32>(atlas_texel(tile)));
+    return at - floor(at / stored_texels) * stored_texels - gutter_texels;
+}
+
 // Where in its atlas a place in the tile (texels of level 0) lies, in parts of the atlas's sides.
 fn atlas_uv(tile: TilePlace, place: vec2<f32>, uv_per_texel: vec2<f32>) -> vec2<f32> {
     return (vec2<f32>(vec2<i32>(atlas_texel(tile))) + place) * uv_per_texel;
 }
 
-// Place of a point in its tile, in texels east and south of the tile's north-west corner.
+// Place of a point in its tile, in texels east and south of where the tile is told from.
 // Formula (3) of the tile-scheduling paper, in texels.
 fn texel_in_tile(tile: TilePlace, offset_m: vec2<f32>) -> vec2<f32> {
-    let from_corner_m = offset_m - tile.origin_from_eye_m;
-    return vec2<f32>(from_corner_m.x, -from_corner_m.y) * tile.texels_per_m;
+    let from_origin_m = offset_m - tile.origin_from_eye_m;
+    return vec2<f32>(from_origin_m.x, -from_origin_m.y) * tile.texels_per_m;
 }

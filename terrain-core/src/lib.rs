@@ -77,6 +77,7 @@ pub mod residency;
 mod resident_terrain;
 pub mod selection;
 pub mod surface;
+pub mod synth;
 mod terrain_renderer;
 pub mod tiling;
 

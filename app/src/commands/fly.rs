@@ -171,7 +171,7 @@ fn fly_headless(args: &FlyArgs, adapter: &AdapterChoice, scene: Scene) -> anyhow
 }
 
 /// The frames to draw: all of them, or `wanted` spread evenly from the first to the last.
-fn frames_to_draw(count: u64, wanted: Option<u64>) -> Vec<u64> {
+pub fn frames_to_draw(count: u64, wanted: Option<u64>) -> Vec<u64> {
     let wanted = wanted.unwrap_or(count).min(count);
     if wanted <= 1 {
         return vec![0];

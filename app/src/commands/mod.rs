@@ -1,5 +1,6 @@
 //! The commands, a file each.
 
+pub mod compare;
 pub mod doctor;
 pub mod fly;
 pub mod info;
@@ -7,6 +8,7 @@ pub mod limit;
 pub mod precision;
 pub mod prepare;
 pub mod render;
+pub mod synth;
 
 use std::path::Path;
 
@@ -28,10 +30,12 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
     match cli.command {
         None => run_demo(cli.adapter),
         Some(Command::Prepare(args)) => prepare::run(args),
+        Some(Command::Synth(args)) => synth::run(args),
         Some(Command::Info(args)) => info::run(args),
         Some(Command::Fly(args)) => fly::run(&args, &cli.adapter),
         Some(Command::Render(args)) => render::run(&args, &cli.adapter),
         Some(Command::Precision(args)) => precision::run(&args, &cli.adapter),
+        Some(Command::Compare(args)) => compare::run(&args, &cli.adapter),
         Some(Command::Limit(args)) => limit::run(&args),
         Some(Command::Doctor(args)) => doctor::run(&args, &cli.adapter),
     }

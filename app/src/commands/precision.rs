@@ -50,13 +50,14 @@ pub fn run(args: &PrecisionArgs, choice: &AdapterChoice) -> anyhow::Result<()> {
 fn findings(study: &Study, folder: &Path) -> String {
     let verdicts = study.encodings.gpu_verdicts.as_ref().unwrap_or(&study.encodings.cpu_verdicts);
     let lines = verdicts.iter().map(|verdict| {
-        let kept = if verdict.holds == [true; 3] { "kept" } else { "broken" };
+        let kept = if verdict.is_kept() { "kept" } else { "broken" };
         format!(
-            "{:<20} contract {kept:<7} {:>10.4} mm  {:>8.4} px  {:>10.5} texels\n",
+            "{:<20} contract {kept:<7} {:>10.4} mm  {:>8.4} px  {:>9.5} texels  {:>11.4} mm of height\n",
             verdict.encoding.name(),
             verdict.near_m.value * 1.0e3,
             verdict.far_pixels.value,
             verdict.texels.value,
+            verdict.ground_m.value * 1.0e3,
         )
     });
     lines.collect::<String>() + &format!("report: {}\n", folder.join("report.html").display())

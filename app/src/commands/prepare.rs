@@ -71,6 +71,11 @@ pub struct PrepareArgs {
     /// Leave gaps in the heights as they are
     #[arg(long)]
     keep_voids: bool,
+
+    /// Go on with the layers (heights, colours) that the same command with --resume finished before
+    /// it was interrupted; a layer begun is made anew
+    #[arg(long)]
+    resume: bool,
 }
 
 /// West, south, east, north.
@@ -133,6 +138,7 @@ fn request_of(args: PrepareArgs) -> PrepareRequest {
         },
         jpeg_format: ColourFormat::Bc7,
         keep_voids: args.keep_voids,
+        is_resumable: args.resume,
         ..PrepareRequest::new(args.dem, args.dom, args.out)
     }
 }

@@ -3,7 +3,12 @@
 #![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 #![expect(clippy::print_stderr, reason = "a skipped test is to be seen")]
 
+#[cfg(unix)]
+mod documents;
 mod drawing;
 mod harness;
+mod precision;
+#[cfg(unix)]
+mod preparing;
 mod usage;
 mod window;

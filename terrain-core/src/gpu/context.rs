@@ -165,15 +165,15 @@ impl GpuContext {
         Ok(Self { instance, adapter, device, queue, failure })
     }
 
-    /// Whether the adapter is a program on the CPU, such as Mesa's lavapipe.
-    pub fn is_software(&self) -> bool {
-        self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
-    }
-
     /// The adapter's name with the interface it is reached by and its driver, for records.
     pub fn adapter_name(&self) -> String {
         let info = self.adapter.get_info();
         format!("{} ({}, {})", info.name, info.backend, info.driver_info)
+    }
+
+    /// Whether the adapter is a program on the CPU, such as Mesa's lavapipe.
+    pub fn is_software(&self) -> bool {
+        self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
     }
 
     /// Whether the device reads block-compressed textures.

@@ -29,17 +29,17 @@ pub(crate) struct HeightUpload<'a> {
 /// Decodes uploaded heights into the atlas and derives slopes and mips from them.
 pub(crate) struct DeriveHeightsPass {
     decode: wgpu::ComputePipeline,
-    slopes: wgpu::ComputePipeline,
-    halve_heights: [wgpu::ComputePipeline; 2],
-    halve_slopes: [wgpu::ComputePipeline; 2],
-    atlas_bindings: AtlasBindings,
+    /// What is derived, in this order.
+    steps: [Step; 5],
 }
 
-/// Bindings that never change: the atlas's own mips.
-struct AtlasBindings {
-    halve_heights: [wgpu::BindGroup; 2],
-    slopes: wgpu::BindGroup,
-    halve_slopes: [wgpu::BindGroup; 2],
+/// Derives one mip of one texture from others.
+struct Step {
+    pipeline: wgpu::ComputePipeline,
+    /// The mips it reads and writes: they never change.
+    atlas: wgpu::BindGroup,
+    /// Halvings from the tile to the mip it writes.
+    halvings: u32,
 }
 
 impl DeriveHeightsPass {
@@ -47,26 +47,21 @@ impl DeriveHeightsPass {
 
     pub fn new(device: &wgpu::Device, atlas: &HeightAtlas) -> Self {
         let module = DERIVE_HEIGHTS.module(device);
-        let pipeline = |entry: &str, source_mip: u32| {
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: None,
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &[("SOURCE_MIP", f64::from(source_mip))],
-                    ..Default::default()
-                },
-                cache: None,
-            })
+        let [h0, h1, h2] = [0, 1, 2].map(|mip| atlas.height_mip(mip));
+        let [s0, s1, s2] = [0, 1, 2].map(|mip| atlas.slope_mip(mip));
+        let step = |name, halvings, views: &[(u32, &wgpu::TextureView)]| {
+            Step::new(device, &module, (name, halvings), views)
         };
-        let decode = pipeline("decode", 0);
-        let slopes = pipeline("slopes", 0);
-        let halve_heights = [0, 1].map(|mip| pipeline("halve_heights", mip));
-        let halve_slopes = [0, 1].map(|mip| pipeline("halve_slopes", mip));
-        let atlas_bindings =
-            AtlasBindings::new(device, atlas, &slopes, &halve_heights, &halve_slopes);
-        Self { decode, slopes, halve_heights, halve_slopes, atlas_bindings }
+        Self {
+            steps: [
+                step("slopes", 0, &[(2, &h0), (3, &s0)]),
+                step("halve_heights", 1, &[(0, &h0), (1, &h1)]),
+                step("halve_slopes", 1, &[(4, &s0), (3, &s1)]),
+                step("halve_heights", 2, &[(0, &h1), (1, &h2)]),
+                step("coarsest_slopes", 2, &[(0, &h1), (4, &s1), (3, &s2)]),
+            ],
+            decode: pipeline(device, &module, "decode", 0),
+        }
     }
 
     /// Uploads the tiles and records the passes that derive the rest; returns the bytes sent.
@@ -101,12 +96,8 @@ impl DeriveHeightsPass {
                 entry(2, wgpu::BindingResource::TextureView(&heights_out)),
             ],
         );
-        let jobs_for =
-            |pipeline: &wgpu::ComputePipeline| bind(pipeline, std::slice::from_ref(&jobs_entry));
 
-        let count = uploads.len() as u32;
         let size = atlas.grid.slot_size_texels;
-        let bindings = &self.atlas_bindings;
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("derive heights"),
             timestamp_writes: None,
@@ -117,58 +108,55 @@ impl DeriveHeightsPass {
                 pass.set_bind_group(index, group, &[]);
             }
             let workgroups = size.div_ceil(Self::WORKGROUP);
-            pass.dispatch_workgroups(workgroups, workgroups, count);
+            pass.dispatch_workgroups(workgroups, workgroups, uploads.len() as u32);
         };
         run(&self.decode, &[&decode_inputs], size);
-        let jobs = jobs_for(&self.slopes);
-        run(&self.slopes, &[&jobs, &bindings.slopes], size);
-        for mip in 0..2 {
-            let jobs = jobs_for(&self.halve_heights[mip]);
-            let size = size >> (mip + 1);
-            run(&self.halve_heights[mip], &[&jobs, &bindings.halve_heights[mip]], size);
-            let jobs = jobs_for(&self.halve_slopes[mip]);
-            run(&self.halve_slopes[mip], &[&jobs, &bindings.halve_slopes[mip]], size);
+        for step in &self.steps {
+            let jobs = bind(&step.pipeline, std::slice::from_ref(&jobs_entry));
+            run(&step.pipeline, &[&jobs, &step.atlas], size >> step.halvings);
         }
         sent
     }
 }
 
-impl AtlasBindings {
+impl Step {
     fn new(
         device: &wgpu::Device,
-        atlas: &HeightAtlas,
-        slopes: &wgpu::ComputePipeline,
-        halve_heights: &[wgpu::ComputePipeline; 2],
-        halve_slopes: &[wgpu::ComputePipeline; 2],
+        module: &wgpu::ShaderModule,
+        (name, halvings): (&str, u32),
+        views: &[(u32, &wgpu::TextureView)],
     ) -> Self {
-        let heights = [0, 1, 2].map(|mip| atlas.height_mip(mip));
-        let slope_views = [0, 1, 2].map(|mip| atlas.slope_mip(mip));
-        let bind = |layout: wgpu::BindGroupLayout, views: &[(u32, &wgpu::TextureView)]| {
-            let entries = views
-                .iter()
-                .map(|&(binding, view)| entry(binding, wgpu::BindingResource::TextureView(view)))
-                .collect::<Vec<_>>();
-            device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("derive heights"),
-                layout: &layout,
-                entries: &entries,
-            })
-        };
-        Self {
-            halve_heights: [0, 1].map(|mip| {
-                let layout = halve_heights[mip].get_bind_group_layout(1);
-                bind(layout, &[(0, &heights[mip]), (1, &heights[mip + 1])])
-            }),
-            slopes: bind(
-                slopes.get_bind_group_layout(1),
-                &[(2, &heights[0]), (3, &slope_views[0])],
-            ),
-            halve_slopes: [0, 1].map(|mip| {
-                let layout = halve_slopes[mip].get_bind_group_layout(1);
-                bind(layout, &[(3, &slope_views[mip + 1]), (4, &slope_views[mip])])
-            }),
-        }
+        let pipeline = pipeline(device, module, name, halvings.saturating_sub(1));
+        let entries = views
+            .iter()
+            .map(|&(binding, view)| entry(binding, wgpu::BindingResource::TextureView(view)))
+            .collect::<Vec<_>>();
+        let atlas = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("derive heights"),
+            layout: &pipeline.get_bind_group_layout(1),
+            entries: &entries,
+        });
+        Self { pipeline, atlas, halvings }
     }
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    module: &wgpu::ShaderModule,
+    name: &str,
+    source_mip: u32,
+) -> wgpu::ComputePipeline {
+    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(name),
+        layout: None,
+        module,
+        entry_point: Some(name),
+        compilation_options: wgpu::PipelineCompilationOptions {
+            constants: &[("SOURCE_MIP", f64::from(source_mip))],
+            ..Default::default()
+        },
+        cache: None,
+    })
 }
 
 fn entry(binding: u32, resource: wgpu::BindingResource<'_>) -> wgpu::BindGroupEntry<'_> {

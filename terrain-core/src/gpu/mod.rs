@@ -47,7 +47,7 @@ pub use frame_uniforms::{FrameUniforms, TableRange};
 pub use limit_surface_pass::{LimitGpuColour, LimitGpuPicture, LimitSurfacePass};
 pub(crate) use offscreen_target::read_texture;
 pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
-pub use offset_table_buffer::{TileEntry, TilePlace};
+pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};
 pub(crate) use picture::{Picture, PictureTarget};
 pub use precision_depth_probe::probe_depth;
 pub use precision_probe::{

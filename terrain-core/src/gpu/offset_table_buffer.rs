@@ -1,37 +1,74 @@
 use bytemuck::{Pod, Zeroable};
-use glam::DVec2;
+use glam::{DVec2, dvec2};
 
 use super::atlas::AtlasGrid;
 use super::frame_uniforms::TableRange;
 use crate::residency::OffsetTable;
 use crate::tiling::{LayerLayout, TileId, TilingScheme};
 
-/// Where a tile lies, on the ground and in its atlas: the twin of `TilePlace` in
-/// `common/tile_lookup.wgsl`.
+/// Where a tile lies, on the ground and in its atlas, both told from one of its texels: the twin of
+/// `TilePlace` in `common/tile_lookup.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TilePlace {
-    /// North-west corner relative to the eye, metres east and north (difference taken in f64).
+    /// North-west corner of that texel relative to the eye, metres east and north (difference taken in
+    /// f64).
     pub origin_from_eye_m: [f32; 2],
     /// Texels a metre.
     pub texels_per_m: f32,
-    /// First texel of the tile proper in the atlas: its column in the low half, its row in the high.
+    /// That texel in the atlas: its column in the low half, its row in the high.
     pub atlas_texel: u32,
 }
 
+/// Which texel of a tile the shaders tell places in it from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToldFrom {
+    /// The first texel of the tile proper: floats then have a part in 2^24 of the tile's side.
+    Corner,
+    /// The one whose corner is nearest to the eye: places close to the eye are small numbers, and exact
+    /// to a part in 2^24 of a texel or of the distance, whichever is more, however large the tile.
+    NearEye,
+}
+
+impl ToldFrom {
+    /// Column and row of the texel; up to the tile's size, just beyond its last.
+    pub fn texel(
+        self,
+        scheme: &TilingScheme,
+        layout: &LayerLayout,
+        tile: TileId,
+        eye: DVec2,
+    ) -> [u32; 2] {
+        if self == Self::Corner {
+            return [0, 0];
+        }
+        let from_corner = eye - scheme.tile_origin(tile);
+        let texel_m = layout.texel_size_m(scheme, tile.level);
+        let size = f64::from(layout.tile_size_texels);
+        [from_corner.x, -from_corner.y]
+            .map(|metres| (metres / texel_m).round().clamp(0.0, size) as u32)
+    }
+}
+
 impl TilePlace {
-    /// Where the tile lies, seen from `eye` (metres east and north).
+    /// Where the tile lies, seen from `eye` (metres east and north), told from one of its texels.
+    /// `atlas_corner` is the place of the tile's first texel in the atlas.
     pub fn new(
         scheme: &TilingScheme,
         layout: &LayerLayout,
         tile: TileId,
         eye: DVec2,
-        atlas_texel: u32,
+        texel: [u32; 2],
+        atlas_corner: [u32; 2],
     ) -> Self {
+        let texel_m = layout.texel_size_m(scheme, tile.level);
+        let from_corner = dvec2(f64::from(texel[0]), -f64::from(texel[1])) * texel_m;
+        // A texture has at most 16384 texels a side: two coordinates fit in a word.
+        let [x, y] = [atlas_corner[0] + texel[0], atlas_corner[1] + texel[1]];
         Self {
-            origin_from_eye_m: (scheme.tile_origin(tile) - eye).as_vec2().into(),
-            texels_per_m: (1.0 / layout.texel_size_m(scheme, tile.level)) as f32,
-            atlas_texel,
+            origin_from_eye_m: (scheme.tile_origin(tile) + from_corner - eye).as_vec2().into(),
+            texels_per_m: (1.0 / texel_m) as f32,
+            atlas_texel: x | (y << 16),
         }
     }
 }
@@ -57,18 +94,20 @@ pub(crate) struct TableSource<'a> {
     pub table: &'a OffsetTable,
     pub layout: LayerLayout,
     pub grid: AtlasGrid,
+    pub told_from: ToldFrom,
 }
 
 impl TableSource<'_> {
     fn entries(&self, scheme: &TilingScheme, eye: DVec2) -> impl Iterator<Item = TileEntry> {
         self.table.entries.iter().map(move |entry| {
-            // A texture has at most 16384 texels a side: two coordinates fit in a word.
-            let [x, y] = self
+            let layout = &self.layout;
+            let corner = self
                 .grid
                 .slot_origin_texels(entry.slot)
                 .map(|corner| corner + self.layout.gutter_texels);
+            let texel = self.told_from.texel(scheme, layout, entry.tile, eye);
             TileEntry {
-                place: TilePlace::new(scheme, &self.layout, entry.tile, eye, x | (y << 16)),
+                place: TilePlace::new(scheme, layout, entry.tile, eye, texel, corner),
                 level: u32::from(entry.tile.level),
                 column: entry.tile.column,
                 row: entry.tile.row,

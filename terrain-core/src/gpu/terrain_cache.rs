@@ -6,7 +6,7 @@ use super::context::GpuContext;
 use super::derive_colours_pass::DeriveColoursPass;
 use super::derive_heights_pass::{DeriveHeightsPass, HeightUpload};
 use super::height_atlas::HeightAtlas;
-use super::offset_table_buffer::{OffsetTableBuffer, TableSource, TableUpdate};
+use super::offset_table_buffer::{OffsetTableBuffer, TableSource, TableUpdate, ToldFrom};
 use crate::dataset::{ColourFormat, ColourTile, HeightTile};
 use crate::residency::{OffsetTable, Placement};
 use crate::selection::TileTree;
@@ -91,12 +91,18 @@ impl TerrainCache {
         heights: &OffsetTable,
         colours: Option<&OffsetTable>,
     ) -> TableUpdate {
-        let heights =
-            TableSource { table: heights, layout: tree.heights.layout, grid: self.heights.grid };
+        let heights = TableSource {
+            table: heights,
+            layout: tree.heights.layout,
+            grid: self.heights.grid,
+            told_from: ToldFrom::NearEye,
+        };
+        // Imagery gains nothing: filters of textures divide a texel into 256 parts at the most.
         let colours = colours.zip(tree.colours.as_ref()).map(|(table, layer)| TableSource {
             table,
             layout: layer.layout,
             grid: self.colours.grid,
+            told_from: ToldFrom::Corner,
         });
         self.table.update(
             (&gpu.device, &gpu.queue),

@@ -94,10 +94,14 @@ impl DepthKind {
     }
 }
 
+/// Neighbouring distances that stand for one: what the rounding of one of them hides by luck, another
+/// shows.
+const NEIGHBOURS: usize = 8;
+
 /// Pairs of surfaces: every distance with every gap behind it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthGrid {
-    /// Distance of the nearer surface, metres.
+    /// Distance of the nearer surface, metres, eight neighbours after another.
     pub distances_m: Vec<f32>,
     /// Gaps to the farther one, as parts of the distance, ascending.
     pub gaps: Vec<f64>,
@@ -106,9 +110,12 @@ pub struct DepthGrid {
 impl DepthGrid {
     /// Distances from just beyond the near plane to once round the Earth; gaps by powers of two.
     pub fn studied() -> Self {
-        let distance_m = |index: u32| (0.2 * 1.35_f64.powi(index as i32)) as f32;
+        let distances_m = (-5..=61).flat_map(|eighth| {
+            let distance_m = 10.0_f64.powf(f64::from(eighth) / 8.0);
+            (0..NEIGHBOURS).map(move |n| (distance_m * (1.0 + 0.0173 * n as f64)) as f32)
+        });
         Self {
-            distances_m: (0..64).map(distance_m).collect(),
+            distances_m: distances_m.collect(),
             gaps: (-26..10).map(|exponent| f64::from(exponent).exp2()).collect(),
         }
     }
@@ -130,16 +137,23 @@ impl DepthGrid {
         told_apart.collect()
     }
 
-    /// For each distance the smallest gap in metres from which on all are told apart.
+    /// The studied distances, metres.
+    pub fn places_m(&self) -> impl Iterator<Item = f64> {
+        self.distances_m.iter().step_by(NEIGHBOURS).copied().map(f64::from)
+    }
+
+    /// For each studied distance the smallest gap in metres from which on all are told apart, at the
+    /// distance and at its neighbours.
     pub fn least_gaps_m(&self, told_apart: &[bool]) -> Vec<f64> {
         let columns = self.distances_m.len();
         let least = |column: usize| {
             let fails = |row: &usize| !told_apart[row * columns + column];
-            let row = (0..self.gaps.len()).rev().find(fails).map_or(0, |row| row + 1);
-            let gap = self.gaps.get(row).copied().unwrap_or(f64::INFINITY);
-            gap * f64::from(self.distances_m[column])
+            (0..self.gaps.len()).rev().find(fails).map_or(0, |row| row + 1)
         };
-        (0..columns).map(least).collect()
+        let rows = (0..columns).map(least).collect::<Vec<_>>();
+        let worst = rows.chunks(NEIGHBOURS).map(|rows| rows.iter().copied().max().unwrap_or(0));
+        let gap = |row: usize| self.gaps.get(row).copied().unwrap_or(f64::INFINITY);
+        worst.zip(self.places_m()).map(|(row, distance_m)| gap(row) * distance_m).collect()
     }
 }
 
@@ -151,8 +165,8 @@ mod tests {
     fn reverse_depth_tells_a_part_in_four_million_apart_at_any_distance() {
         let grid = DepthGrid::studied();
         let gaps = grid.least_gaps_m(&grid.told_apart_on_cpu(DepthKind::ReverseFloat));
-        for (distance_m, gap_m) in grid.distances_m.iter().zip(gaps) {
-            assert!(gap_m <= f64::from(*distance_m) * (-22.0_f64).exp2(), "{distance_m}: {gap_m}");
+        for (distance_m, gap_m) in grid.places_m().zip(gaps) {
+            assert!(gap_m <= distance_m * (-22.0_f64).exp2(), "{distance_m}: {gap_m}");
         }
     }
 
@@ -163,8 +177,7 @@ mod tests {
         let grid = DepthGrid::studied();
         for kind in DepthKind::ALL {
             let gaps = grid.least_gaps_m(&grid.told_apart_on_cpu(kind));
-            for (distance_m, gap_m) in grid.distances_m.iter().zip(gaps) {
-                let distance_m = f64::from(*distance_m);
+            for (distance_m, gap_m) in grid.places_m().zip(gaps) {
                 // A gap as large as the distance leaves what the step is at the distance itself.
                 if gap_m > 0.25 * distance_m {
                     continue;

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::plan::LayerPlan;
 use super::row_pyramid::{RowPyramid, TileRow};
@@ -11,14 +12,15 @@ use super::texel::LinearColour;
 use super::{PrepareError, PrepareRequest};
 use crate::dataset::codec::encode_colours;
 use crate::dataset::{ArchiveWriteError, ArchiveWriter, ColourEncoding, ColourLayer};
-use crate::tiling::{LayerLayout, TileId, TileSet};
+use crate::tiling::{LayerLayout, TileId};
 
 /// A written colour layer.
+#[derive(Serialize, Deserialize)]
 pub struct WrittenColours {
     /// What the manifest says of it.
     pub layer: ColourLayer,
-    /// The tiles written.
-    pub present: TileSet,
+    /// Number of tiles written.
+    pub tiles: u64,
     /// Bytes of their payloads.
     pub payload_bytes: u64,
 }
@@ -58,11 +60,11 @@ pub fn write_colours(
             rows.into_iter().try_for_each(|row| pyramid.push(row, &mut emit))
         },
     )?;
-    let (present, payload_bytes) = (archive.present().clone(), archive.payload_bytes());
+    let (tiles, payload_bytes) = (archive.present().len(), archive.payload_bytes());
     archive.finish()?;
     let layer =
         ColourLayer { layout, encoding: request.colour_encoding, format: request.colour_format() };
-    Ok(WrittenColours { layer, present, payload_bytes })
+    Ok(WrittenColours { layer, tiles, payload_bytes })
 }
 
 fn encode_row(

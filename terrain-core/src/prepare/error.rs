@@ -36,6 +36,6 @@ pub enum PrepareError {
     #[error(transparent)]
     Archive(#[from] ArchiveWriteError),
     /// The caller asked to stop.
-    #[error("stopped; nothing was written")]
+    #[error("stopped before the dataset was whole")]
     Cancelled,
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::plan::LayerPlan;
 use super::row_pyramid::{RowPyramid, TileRow};
@@ -11,14 +12,15 @@ use super::void_fill::{VoidFill, VoidReport};
 use super::{PrepareError, PrepareRequest};
 use crate::dataset::codec::{EXACT_STEPS, NO_DATA_STEPS, encode_height_steps, encode_heights_m};
 use crate::dataset::{ArchiveWriter, HeightEncoding, HeightLayer, HeightRange, HeightRanges};
-use crate::tiling::{LayerLayout, TileId, TileSet};
+use crate::tiling::{LayerLayout, TileId};
 
 /// A written height layer.
+#[derive(Serialize, Deserialize)]
 pub struct WrittenHeights {
     /// What the manifest says of it.
     pub layer: HeightLayer,
-    /// The tiles written.
-    pub present: TileSet,
+    /// Number of tiles written.
+    pub tiles: u64,
     /// Bytes of their payloads.
     pub payload_bytes: u64,
     /// What became of gaps.
@@ -58,13 +60,13 @@ pub fn write_heights(
         };
         stream(plan, request, run, &mut emit)?
     };
-    let (present, payload_bytes) = (archive.present().clone(), archive.payload_bytes());
+    let (tiles, payload_bytes) = (archive.present().len(), archive.payload_bytes());
     archive.finish()?;
     let ranges = ranges.finish();
     let range = ranges.range(TileId::ROOT).unwrap_or(source_range);
     let layer =
         HeightLayer { layout, encoding, step_m, has_voids: streamed.has_voids, range, ranges };
-    Ok(WrittenHeights { layer, present, payload_bytes, voids: streamed.voids })
+    Ok(WrittenHeights { layer, tiles, payload_bytes, voids: streamed.voids })
 }
 
 /// What came by on the way.

@@ -7,6 +7,7 @@
 
 mod colour_layer;
 mod error;
+mod finished_layers;
 mod height_layer;
 mod mosaic;
 mod output_folder;
@@ -33,6 +34,7 @@ pub(crate) use texel::{LinearColour, Texel};
 pub use void_fill::{MAX_VOID_CELLS, VoidReport};
 
 use self::colour_layer::write_colours;
+use self::finished_layers::FinishedLayers;
 use self::height_layer::write_heights;
 use self::output_folder::OutputFolder;
 use self::placement::name_of;
@@ -43,7 +45,7 @@ use crate::dataset::{COLOURS_FILE, Crs, HEIGHTS_FILE, MANIFEST_FILE, Manifest};
 /// Makes a dataset of rasters.
 ///
 /// The dataset appears at `request.out` when it is whole; on an error, or once `cancel` is set,
-/// nothing is left there.
+/// nothing is left there, or beside it what [`PrepareRequest::is_resumable`] says.
 pub fn prepare(
     request: &PrepareRequest,
     progress: &dyn Progress,
@@ -51,14 +53,16 @@ pub fn prepare(
 ) -> Result<PrepareSummary, PrepareError> {
     let started = Instant::now();
     let plan = Plan::new(request)?;
-    let output = OutputFolder::create(&request.out)?;
+    let output = OutputFolder::create(&request.out, request.is_resumable)?;
     let run = Run { progress, cancel };
-    let heights_path = output.path().join(HEIGHTS_FILE);
-    let heights = write_heights(&plan.heights, plan.height_step_m, request, &heights_path, &run)?;
+    let layers = FinishedLayers::new(output.path(), request, &plan);
+    let heights = layers.find_or_write(HEIGHTS_FILE, |archive| {
+        write_heights(&plan.heights, plan.height_step_m, request, archive, &run)
+    })?;
     let colours = match &plan.colours {
-        Some(colours) => {
-            Some(write_colours(colours, request, &output.path().join(COLOURS_FILE), &run)?)
-        }
+        Some(colours) => Some(layers.find_or_write(COLOURS_FILE, |archive| {
+            write_colours(colours, request, archive, &run)
+        })?),
         None => None,
     };
 

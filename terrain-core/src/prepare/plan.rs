@@ -5,6 +5,7 @@ use glam::{DVec2, dvec2};
 use super::mosaic::{Mosaic, PlacedRaster};
 use super::placement::{extent_in, name_of, place_colours, place_heights};
 use super::resample::{LayerGrid, Resampler};
+use super::source::RasterGrid;
 use super::{PrepareError, PrepareRequest};
 use crate::geodesy::{CoordinateSystem, CoordinateTransform, utm_epsg};
 use crate::tiling::{Extent, MAX_LEVEL, TilingScheme};
@@ -67,6 +68,12 @@ impl Plan {
             Some(colour_plan(request, &scheme, &crs, &extent, colour_rasters, &mut notes)?)
         };
         Ok(Self { crs, scheme, data_extent: extent, heights, colours, height_step_m, notes })
+    }
+
+    /// Where both layers' finest rasters and their sources lie.
+    pub fn grids(&self) -> Vec<(LayerGrid, Vec<RasterGrid>)> {
+        let layers = std::iter::once(&self.heights).chain(&self.colours);
+        layers.map(|layer| (*layer.rows.target(), layer.rows.source_grids())).collect()
     }
 }
 

@@ -34,6 +34,10 @@ pub struct PrepareRequest {
     pub jpeg_format: ColourFormat,
     /// Leaves gaps in the heights as they are.
     pub keep_voids: bool,
+    /// Goes on with the layers that an interrupted preparation of the same request has finished, and
+    /// on an interruption or an error leaves those finished by then in a hidden folder beside `out`.
+    /// Finished layers of changed settings or files are made anew.
+    pub is_resumable: bool,
 }
 
 impl PrepareRequest {
@@ -53,6 +57,7 @@ impl PrepareRequest {
             colour_encoding: ColourEncoding::Bc7,
             jpeg_format: ColourFormat::Bc7,
             keep_voids: false,
+            is_resumable: false,
         }
     }
 

@@ -12,6 +12,7 @@ use self::separable::sample_rows;
 use self::taps::{MOST_INTERPOLATED, TapWindow, sample};
 use super::PrepareError;
 use super::mosaic::{Mosaic, SignedWindow};
+use super::source::RasterGrid;
 use super::texel::{FULL, LINEAR_FROM_SRGB, LinearColour, Texel};
 use crate::geodesy::{CoordinateSystem, CoordinateTransform};
 
@@ -73,6 +74,11 @@ impl Resampler {
     /// The grid resampled to.
     pub fn target(&self) -> &LayerGrid {
         &self.target
+    }
+
+    /// Where the mosaics lie.
+    pub fn source_grids(&self) -> Vec<RasterGrid> {
+        self.inputs.iter().map(|input| *input.mosaic.grid()).collect()
     }
 
     /// Heights of some rows in metres, NaN where there is no data: one vector a row.

@@ -5,7 +5,6 @@ use super::height_layer::WrittenHeights;
 use super::plan::{LayerPlan, Plan};
 use super::void_fill::{MAX_VOID_CELLS, VoidReport};
 use crate::dataset::Manifest;
-use crate::tiling::TileSet;
 
 /// What was made, and at what cost.
 #[derive(Clone, Debug)]
@@ -34,10 +33,10 @@ pub struct LayerSummary {
 }
 
 impl LayerSummary {
-    fn new(plan: &LayerPlan, present: &TileSet, payload_bytes: u64) -> Self {
+    fn new(plan: &LayerPlan, tiles: u64, payload_bytes: u64) -> Self {
         let target = plan.rows.target();
         let size_texels = [target.width, target.height];
-        Self { size_texels, tiles: present.len(), payload_bytes }
+        Self { size_texels, tiles, payload_bytes }
     }
 }
 
@@ -49,12 +48,13 @@ impl PrepareSummary {
         colours: Option<&WrittenColours>,
         elapsed: Duration,
     ) -> Self {
-        let colours = plan.colours.as_ref().zip(colours).map(|(plan, written)| {
-            LayerSummary::new(plan, &written.present, written.payload_bytes)
-        });
+        let colours =
+            plan.colours.as_ref().zip(colours).map(|(plan, written)| {
+                LayerSummary::new(plan, written.tiles, written.payload_bytes)
+            });
         Self {
             manifest,
-            heights: LayerSummary::new(&plan.heights, &heights.present, heights.payload_bytes),
+            heights: LayerSummary::new(&plan.heights, heights.tiles, heights.payload_bytes),
             colours,
             voids: heights.voids,
             elapsed,

@@ -21,7 +21,7 @@ pub struct VoidFill {
 }
 
 /// What became of the voids.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct VoidReport {
     /// Voids filled.
     pub voids_filled: u64,

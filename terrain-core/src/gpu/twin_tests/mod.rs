@@ -3,10 +3,12 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a step that fails fails the test")]
 
+mod derived_mips;
 mod layouts;
 mod mesh;
 mod random_field;
 mod sampling;
+mod sorted_triangles;
 
 use crate::gpu::{AdapterChoice, GpuContext};
 

@@ -10,6 +10,7 @@ mod picture_deviation;
 mod pixel_difference;
 mod screen_error;
 mod silhouette;
+mod true_heights;
 
 pub use flip::{DEFAULT_PIXELS_PER_DEGREE, flip_errors};
 pub use height_error::{HeightError, height_error};
@@ -20,6 +21,7 @@ pub use pixel_difference::{psnr_db, ssim};
 pub(super) use screen_error::distance_px;
 pub use screen_error::screen_errors_px;
 pub use silhouette::{SilhouetteError, silhouette, silhouette_error};
+pub use true_heights::true_heights_m;
 
 /// A list that has not the pixels of its size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

@@ -4,21 +4,15 @@ use glam::{DVec2, dvec2};
 use serde::Serialize;
 
 use super::{
-    Decoded, EYE_FRACTIONS, EncodedPoint, Encoding, EncodingScene, PlaceCell, PointError,
-    PositionCell, SweepAxes, SweepPoint, pixel_angle_rad, place_points, position_points,
+    Decoded, EYE_FRACTIONS, EncodedLayer, EncodedPoint, Encoding, EncodingScene, GroundCell,
+    PlaceCell, PointError, PositionCell, SweepAxes, SweepPoint, ground_points, pixel_angle_rad,
+    place_points, position_points,
 };
-use crate::tiling::{LayerLayout, TilingScheme};
+use crate::tiling::TilingScheme;
 
 /// A root the length of the equator, in the scale of Web Mercator; its south-west corner is at 0, 0.
 pub const EARTH: TilingScheme =
     TilingScheme { origin: dvec2(0.0, 40_075_016.685_578_49), root_size_m: 40_075_016.685_578_49 };
-
-/// Tiles of imagery, whose texels are the finest there are.
-pub const IMAGERY: LayerLayout = LayerLayout {
-    tile_size_texels: 384,
-    gutter_texels: LayerLayout::GUTTER_TEXELS,
-    level_count: 25,
-};
 
 /// What every encoding makes of one point, in the order of [`Encoding::ALL`].
 pub type DecodedEvery = [Decoded; Encoding::ALL.len()];
@@ -47,6 +41,19 @@ pub struct PlaceRow {
     pub worst_texels: f64,
 }
 
+/// Worst error of an encoding in a cell of the sweep over ground close to the eye.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct GroundRow {
+    /// The encoding.
+    pub encoding: Encoding,
+    /// The cell.
+    pub cell: GroundCell,
+    /// Metres by which the heights' texels are shifted.
+    pub shift_m: f64,
+    /// What that does to the height of the steepest ground that such texels can hold, metres.
+    pub height_m: f64,
+}
+
 /// Everything the sweeps measured.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct EncodingErrors {
@@ -54,6 +61,8 @@ pub struct EncodingErrors {
     pub positions: Vec<PositionRow>,
     /// A row an encoding and cell.
     pub places: Vec<PlaceRow>,
+    /// A row an encoding and cell.
+    pub grounds: Vec<GroundRow>,
     /// Points that were compared.
     pub points: usize,
 }
@@ -63,7 +72,7 @@ pub fn decode_on_cpu(points: &[EncodedPoint]) -> Vec<DecodedEvery> {
     points.iter().map(|point| Encoding::ALL.map(|encoding| point.decode(encoding))).collect()
 }
 
-/// Runs both sweeps over the Earth. `decode` is given all points of one eye at a time.
+/// Runs the three sweeps over the Earth. `decode` is given all points of one eye at a time.
 ///
 /// # Errors
 /// What `decode` fails with.
@@ -74,7 +83,7 @@ pub fn measure_encodings<E>(
     let mut errors = EncodingErrors::default();
     for magnitude_m in axes.magnitudes_m.iter().copied() {
         let eye = DVec2::splat(magnitude_m) + DVec2::from(EYE_FRACTIONS);
-        let scene = EncodingScene::new(EARTH, IMAGERY, eye);
+        let scene = EncodingScene::new(EARTH, EncodedLayer::IMAGERY, eye);
 
         let mut cells = Vec::new();
         let points = position_points(&scene, magnitude_m, axes, &mut cells);
@@ -86,6 +95,13 @@ pub fn measure_encodings<E>(
         let points = place_points(&scene, magnitude_m, axes, &mut cells);
         let worst = worst_of_cells(&scene, &points, cells.len(), &mut decode)?;
         errors.places.extend(place_rows(&cells, &worst));
+        errors.points += points.len();
+
+        let scene = EncodingScene::new(EARTH, EncodedLayer::HEIGHTS, eye);
+        let mut cells = Vec::new();
+        let points = ground_points(&scene, magnitude_m, axes, &mut cells);
+        let worst = worst_of_cells(&scene, &points, cells.len(), &mut decode)?;
+        errors.grounds.extend(ground_rows(&cells, &worst));
         errors.points += points.len();
     }
     Ok(errors)
@@ -136,6 +152,21 @@ fn place_rows(cells: &[PlaceCell], worst: &[CellErrors]) -> Vec<PlaceRow> {
             encoding,
             cell: *cell,
             worst_texels: error.place_texels,
+        })
+    });
+    rows.collect()
+}
+
+/// Metres by which no mountain exceeds the ground about it.
+const RELIEF_M: f64 = 9_000.0;
+
+fn ground_rows(cells: &[GroundCell], worst: &[CellErrors]) -> Vec<GroundRow> {
+    let rows = cells.iter().zip(worst).flat_map(|(cell, errors)| {
+        // No slope between texels' centres is steeper than 1, nor than a mountain across one.
+        let steepest = (RELIEF_M / cell.texel_m).min(1.0);
+        Encoding::ALL.into_iter().zip(errors).map(move |(encoding, error)| {
+            let shift_m = error.place_texels * cell.texel_m;
+            GroundRow { encoding, cell: *cell, shift_m, height_m: shift_m * steepest }
         })
     });
     rows.collect()

@@ -1,7 +1,7 @@
 //! Ways to give a GPU that computes in f32 a place on Earth, under one interface.
 //!
 //! Each way encodes a point, the eye and the tile under the point in f64 arithmetic on the CPU
-//! ([`EncodingScene::encode`]) and decodes them in f32 ([`EncodingScene::decode`], and the same
+//! ([`EncodingScene::encode`]) and decodes them in f32 ([`EncodedPoint::decode`], and the same
 //! operations in `precision_encodings.wgsl`) to where the point lies from the eye and in its tile.
 
 mod contract;
@@ -12,14 +12,14 @@ mod sweep;
 
 pub use contract::{Contract, Verdict, Worst, verdicts};
 pub use measured::{
-    DecodedEvery, EARTH, EncodingErrors, IMAGERY, PlaceRow, PositionRow, decode_on_cpu,
+    DecodedEvery, EARTH, EncodingErrors, GroundRow, PlaceRow, PositionRow, decode_on_cpu,
     measure_encodings,
 };
 pub use points::{EYE_FRACTIONS, spread};
-pub use scene::{EncodingScene, PointError};
+pub use scene::{EncodedLayer, EncodingScene, PointError};
 pub use sweep::{
-    PlaceCell, PositionCell, SweepAxes, SweepPoint, VIEWPORT_HEIGHT_PX, finest_level_shown,
-    pixel_angle_rad, place_points, position_points,
+    GroundCell, PlaceCell, PositionCell, SweepAxes, SweepPoint, VIEWPORT_HEIGHT_PX,
+    finest_level_shown, ground_points, pixel_angle_rad, place_points, position_points,
 };
 
 use bytemuck::{Pod, Zeroable};

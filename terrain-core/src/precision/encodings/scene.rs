@@ -4,17 +4,39 @@ use super::{Decoded, EncodedPoint, Encoding};
 use crate::CameraView;
 use crate::dataset::HeightRanges;
 use crate::frame_setup::frame_uniforms;
-use crate::gpu::{FrameUniforms, TilePlace};
+use crate::gpu::{FrameUniforms, TilePlace, ToldFrom};
 use crate::renderer_settings::RendererSettings;
 use crate::selection::{LayerTree, TileTree};
 use crate::tiling::{
-    FIXED_UNITS_PER_ROOT, FixedPosition, LayerLayout, TileId, TileSet, TilingScheme,
+    FIXED_UNITS_PER_ROOT, FixedPosition, LayerLayout, MAX_LEVEL, TileId, TileSet, TilingScheme,
 };
+
+/// A layer of tiles as the renderer keeps it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EncodedLayer {
+    /// How its tiles are cut.
+    pub layout: LayerLayout,
+    /// Which texel of a tile places are told from.
+    pub told_from: ToldFrom,
+}
+
+impl EncodedLayer {
+    /// Imagery, whose texels are the finest there are.
+    pub const IMAGERY: Self = Self::of_size(384, ToldFrom::Corner);
+    /// Heights, which lift every vertex.
+    pub const HEIGHTS: Self = Self::of_size(128, ToldFrom::NearEye);
+
+    const fn of_size(tile_size_texels: u32, told_from: ToldFrom) -> Self {
+        let gutter_texels = LayerLayout::GUTTER_TEXELS;
+        let level_count = MAX_LEVEL + 1;
+        Self { layout: LayerLayout { tile_size_texels, gutter_texels, level_count }, told_from }
+    }
+}
 
 /// An eye over a tiled ground: what points are encoded against.
 pub struct EncodingScene {
     scheme: TilingScheme,
-    layout: LayerLayout,
+    layer: EncodedLayer,
     eye: DVec2,
     uniforms: FrameUniforms,
 }
@@ -31,11 +53,11 @@ pub struct PointError {
 
 impl EncodingScene {
     /// A scene whose uniforms are those of a frame drawn from `eye` (metres east and north).
-    pub fn new(scheme: TilingScheme, layout: LayerLayout, eye: DVec2) -> Self {
+    pub fn new(scheme: TilingScheme, layer: EncodedLayer, eye: DVec2) -> Self {
         let tree = TileTree {
             scheme,
             data_extent: scheme.root_extent(),
-            heights: LayerTree { layout, present: TileSet::default() },
+            heights: LayerTree { layout: layer.layout, present: TileSet::default() },
             colours: None,
             height_ranges: HeightRanges { levels: Vec::new() },
         };
@@ -47,7 +69,7 @@ impl EncodingScene {
             viewport_px: [1, 1],
         };
         let uniforms = frame_uniforms(&view, &tree, &RendererSettings::default(), 1.0);
-        Self { scheme, layout, eye, uniforms }
+        Self { scheme, layer, eye, uniforms }
     }
 
     /// Where the eye is, metres east and north.
@@ -62,7 +84,7 @@ impl EncodingScene {
 
     /// Side of a texel of the level in metres.
     pub fn texel_size_m(&self, level: u8) -> f64 {
-        self.layout.texel_size_m(&self.scheme, level)
+        self.layer.layout.texel_size_m(&self.scheme, level)
     }
 
     /// The ground that can be encoded.
@@ -84,9 +106,9 @@ impl EncodingScene {
         let tile = self.scheme.tile_at(level, world).filter(|_| self.contains(world))?;
         let eye_tile = self.scheme.tile_at(level, self.eye)?;
         let from_eye = (world - self.eye).as_vec2();
-        let place = TilePlace::new(&self.scheme, &self.layout, tile, self.eye, 0);
+        let place = self.tile_place(tile, [0, 0]);
         let found = self.found_tile(from_eye.to_array(), level)?;
-        let shipped = TilePlace::new(&self.scheme, &self.layout, found, self.eye, 0);
+        let shipped = self.tile_place(found, self.told_from_texel(found));
         let corner = self.scheme.tile_origin(tile);
         let fixed = |point| {
             let FixedPosition { x, y } = self.scheme.fixed_from_world(point);
@@ -112,9 +134,10 @@ impl EncodingScene {
             corner_fixed: index(tile).map(|index| index << (30 - u32::from(level))),
             tile_size_m: self.scheme.tile_size_m(level) as f32,
             texels_per_m: place.texels_per_m,
-            tile_size_texels: self.layout.tile_size_texels as f32,
+            tile_size_texels: self.layer.layout.tile_size_texels as f32,
             unit_m: (self.scheme.root_size_m / f64::from(FIXED_UNITS_PER_ROOT)) as f32,
-            texels_per_unit: (f64::from(self.layout.tile_size_texels) / units_per_tile) as f32,
+            texels_per_unit: (f64::from(self.layer.layout.tile_size_texels) / units_per_tile)
+                as f32,
             padding: 0,
         })
     }
@@ -147,7 +170,8 @@ impl EncodingScene {
         if encoding == Encoding::Shipped {
             tile = self.found_tile(point.from_eye, level).unwrap_or(tile);
             let margin = self.readable_margin_texels();
-            let size = f64::from(self.layout.tile_size_texels);
+            let size = f64::from(self.layer.layout.tile_size_texels);
+            place += DVec2::from(self.told_from_texel(tile).map(f64::from));
             place = place.clamp(DVec2::splat(-margin), DVec2::splat(size + margin));
         }
         let from_corner = world - self.scheme.tile_origin(tile);
@@ -158,10 +182,18 @@ impl EncodingScene {
         }
     }
 
+    fn tile_place(&self, tile: TileId, texel: [u32; 2]) -> TilePlace {
+        TilePlace::new(&self.scheme, &self.layer.layout, tile, self.eye, texel, [0, 0])
+    }
+
+    fn told_from_texel(&self, tile: TileId) -> [u32; 2] {
+        self.layer.told_from.texel(&self.scheme, &self.layer.layout, tile, self.eye)
+    }
+
     /// How far beyond a tile's border a filtered lookup can be centred: the gutter less half a texel of
     /// the coarsest of the slot's three mips.
     fn readable_margin_texels(&self) -> f64 {
-        f64::from(self.layout.gutter_texels) - 2.0
+        f64::from(self.layer.layout.gutter_texels) - 2.0
     }
 
     fn fraction(&self, tile: TileId, world: DVec2) -> [f32; 2] {

@@ -35,10 +35,10 @@ impl SweepAxes {
         Self {
             magnitudes_m: vec![1.0, 1e2, 1e4, 1e5, 5e5, 1e6, 4e6, 1e7, 2e7, 4e7],
             heights_m: (0..8).map(|exponent| 10.0_f64.powi(exponent)).collect(),
-            grazing_deg: vec![90.0, 60.0, 30.0, 10.0, 3.0, 1.0, 0.1],
+            grazing_deg: vec![80.0, 60.0, 30.0, 10.0, 3.0, 1.0, 0.1],
             fovs_deg: vec![1.0, 10.0, 50.0, 90.0, 170.0],
             levels: (0..=24).collect(),
-            points: 64,
+            points: 256,
         }
     }
 
@@ -47,10 +47,10 @@ impl SweepAxes {
         Self {
             magnitudes_m: vec![1.0, 1e4, 1e6, 4e7],
             heights_m: vec![1.0, 1e2, 1e4, 1e7],
-            grazing_deg: vec![90.0, 10.0, 0.1],
+            grazing_deg: vec![80.0, 10.0, 0.1],
             fovs_deg: vec![1.0, 50.0, 170.0],
             levels: vec![0, 4, 8, 12, 16, 20, 22, 24],
-            points: 16,
+            points: 32,
         }
     }
 }
@@ -92,6 +92,17 @@ pub struct PlaceCell {
     pub level: u8,
     /// Vertical field of view, degrees: it bounds the distance at which the level is shown.
     pub fov_deg: f64,
+}
+
+/// A cell of the sweep over ground close to the eye.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct GroundCell {
+    /// Coordinates of the eye, metres.
+    pub magnitude_m: f64,
+    /// Level of the tiles that hold the heights.
+    pub level: u8,
+    /// Side of their texels, metres.
+    pub texel_m: f64,
 }
 
 /// Angle in radians of a pixel in the middle of the picture.
@@ -158,6 +169,27 @@ pub fn place_points(
                 let beside_texels = 8.0 * (spread(index, 0.271_83) - 0.5);
                 world = scene.near_corner(world, level, beside_texels);
             }
+            scene.contains(world).then_some(SweepPoint { cell, world, level })
+        }));
+    }
+    points
+}
+
+/// Points within a kilometre of the eye in tiles of every level: what is drawn while finer tiles are on
+/// their way, or where there are none.
+pub fn ground_points(
+    scene: &EncodingScene,
+    magnitude_m: f64,
+    axes: &SweepAxes,
+    cells: &mut Vec<GroundCell>,
+) -> Vec<SweepPoint> {
+    let mut points = Vec::new();
+    for level in axes.levels.iter().copied() {
+        let cell = cells.len();
+        cells.push(GroundCell { magnitude_m, level, texel_m: scene.texel_size_m(level) });
+        points.extend((0..axes.points).filter_map(|index| {
+            let distance_m = 1000.0 * spread(index, 0.618_034);
+            let world = scene.eye() + around(index, distance_m);
             scene.contains(world).then_some(SweepPoint { cell, world, level })
         }));
     }

@@ -25,15 +25,12 @@ pub(super) fn measure(gpu: Option<&GpuContext>) -> Result<Vec<DepthRow>, GpuErro
         let on_cpu = grid.least_gaps_m(&grid.told_apart_on_cpu(kind));
         let drawn = gpu.map(|gpu| probe_depth(gpu, kind, &grid)).transpose()?;
         let on_gpu = drawn.map(|told_apart| grid.least_gaps_m(&told_apart));
-        rows.extend(grid.distances_m.iter().enumerate().map(|(index, distance_m)| {
-            let distance_m = f64::from(*distance_m);
-            DepthRow {
-                kind,
-                distance_m,
-                step_m: kind.step_m(distance_m),
-                cpu_gap_m: on_cpu[index],
-                gpu_gap_m: on_gpu.as_ref().map(|gaps| gaps[index]),
-            }
+        rows.extend(grid.places_m().enumerate().map(|(index, distance_m)| DepthRow {
+            kind,
+            distance_m,
+            step_m: kind.step_m(distance_m),
+            cpu_gap_m: on_cpu[index],
+            gpu_gap_m: on_gpu.as_ref().map(|gaps| gaps[index]),
         }));
     }
     Ok(rows)

@@ -30,7 +30,7 @@ pub struct NativeRow {
 }
 
 /// Rays about each range.
-const RAYS: usize = 256;
+const RAYS: usize = 1024;
 
 pub(super) fn measure_natives(
     gpu: Option<&GpuContext>,

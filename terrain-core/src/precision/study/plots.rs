@@ -1,7 +1,7 @@
 use super::{NativeRow, SpanRow, Study};
 use crate::measure::report::{Plot, Series, SeriesStyle};
 use crate::precision::depth::DepthKind;
-use crate::precision::encodings::{Encoding, EncodingErrors, PlaceRow, PositionRow};
+use crate::precision::encodings::{Encoding, EncodingErrors, GroundRow, PlaceRow, PositionRow};
 use crate::precision::span::{STUDIED_HALF_PIXELS_RAD, TEXEL_PART};
 
 /// A plot with the name of its file and what to say under it.
@@ -125,7 +125,7 @@ fn worst_by<Row>(
         }
         points.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let style = match encoding {
-            // They lie on one another wherever the lookup finds the right tile.
+            // It lies on the camera-relative one in most plots.
             Encoding::Shipped => SeriesStyle::Points,
             _ => SeriesStyle::Line,
         };
@@ -168,7 +168,23 @@ fn encoding_plots(study: &Study) -> Vec<NamedPlot> {
         }),
         far("encodings-fov", "field of view, degrees", true, &|row| row.cell.fov_deg),
         texel_plot(errors, contract.texel_part),
+        ground_plot(errors, contract.near_tolerance_m),
     ]
+}
+
+fn ground_plot(errors: &EncodingErrors, near_tolerance_m: f64) -> NamedPlot {
+    let texel = |row: &GroundRow| Some(row.cell.texel_m);
+    let curves = worst_by(&errors.grounds, |row| row.encoding, texel, |row| row.height_m);
+    encoding_plot(
+        "encodings-grounds",
+        [
+            "Height of the ground within 1 km of the eye",
+            "texel of the heights, m",
+            "worst error, m",
+        ],
+        true,
+        with_bound(curves, "1 mm", near_tolerance_m),
+    )
 }
 
 fn texel_plot(errors: &EncodingErrors, texel_part: f64) -> NamedPlot {
@@ -203,10 +219,7 @@ fn encoding_plot(
             y_log: true,
             series,
         },
-        caption:
-            "The worst over all other axes of the sweep. Camera-relative and shipped lie on one \
-                  another but for the tile that is looked up."
-                .to_owned(),
+        caption: "The worst over all other axes of the sweep.".to_owned(),
     }
 }
 

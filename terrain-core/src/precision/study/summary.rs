@@ -1,6 +1,6 @@
 use serde::Serialize;
 
-use super::{DepthRow, FloatFindings, Study, TwinRow};
+use super::{DepthRow, FloatFindings, NativeRow, Study, TwinRow};
 use crate::precision::depth::DepthKind;
 use crate::precision::encodings::{Contract, Verdict};
 use crate::precision::span::STUDIED_HALF_PIXELS_RAD;
@@ -56,8 +56,10 @@ pub struct NativeSummary {
     pub significant_bits: u32,
     /// Half the angle of a pixel, radians.
     pub half_pixel_rad: f64,
-    /// Least and most bits that the quotient had, where the format did not overflow.
+    /// Least and most bits that the quotient had, where it had an error and the format did not overflow.
     pub effective_bits: [f64; 2],
+    /// Largest range at which no quotient had any error.
+    pub exact_to: Option<f64>,
     /// Smallest range at which the format overflows.
     pub overflows_from: Option<f64>,
     /// Smallest and largest range at which the error exceeds a sixteenth of a texel without overflow.
@@ -122,7 +124,9 @@ impl Study {
                     continue;
                 }
                 let finite = || rows().filter(|row| row.measured_texels.is_finite());
-                let bits = || finite().map(|row| row.effective_bits);
+                let is_exact = |row: &&NativeRow| row.measured_texels == 0.0;
+                let bits = || finite().filter(|row| !is_exact(row)).map(|row| row.effective_bits);
+                let exact = finite().filter(is_exact);
                 let failing = || finite().filter(|row| !row.holds).map(|row| row.range);
                 let overflowing = rows().filter(|row| !row.measured_texels.is_finite());
                 summaries.push(NativeSummary {
@@ -132,6 +136,7 @@ impl Study {
                         bits().fold(f64::MAX, f64::min),
                         bits().fold(f64::MIN, f64::max),
                     ],
+                    exact_to: exact.map(|row| row.range).reduce(f64::max),
                     overflows_from: overflowing.map(|row| row.range).reduce(f64::min),
                     fails_within: failing()
                         .reduce(f64::min)

@@ -1,0 +1,76 @@
+//! What a frame depends on, and so whether one is needed.
+
+use super::TerrainRenderer;
+use crate::CameraView;
+use crate::renderer_settings::RendererSettings;
+use crate::selection::{SelectionStrategy, VisibleRegion};
+
+/// The latest region that came back.
+pub(super) struct RegionState {
+    /// `None`: the view was empty.
+    pub region: Option<VisibleRegion>,
+    pub frame: u64,
+    pub view: CameraView,
+}
+
+/// What a coordinate image depends on. Not the choice among resident tiles: it follows from the image,
+/// so that a still camera comes to rest.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct CoordinateState {
+    pub view: CameraView,
+    pub uploads: u64,
+    pub settings: RendererSettings,
+}
+
+/// What a picture depends on: equal states give equal pictures.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct SceneState {
+    pub view: CameraView,
+    pub data_version: u64,
+    pub settings: RendererSettings,
+}
+
+impl TerrainRenderer {
+    pub(super) fn scene(&self, view: &CameraView) -> SceneState {
+        SceneState { view: *view, data_version: self.terrain.version, settings: self.settings }
+    }
+
+    pub(super) fn coordinate_state(&self, scene: &SceneState) -> CoordinateState {
+        let SceneState { view, settings, .. } = *scene;
+        CoordinateState { view, uploads: self.terrain.uploads, settings }
+    }
+
+    /// Whether tiles or a coordinate image are still to come for this view.
+    pub(super) fn is_pending(&self, view: &CameraView) -> bool {
+        self.terrain.missing() > 0
+            || self.feedback.is_waiting()
+            || self.wants_coordinates(&self.scene(view))
+            || self.wants_selection(view)
+    }
+
+    /// Whether the scene's coordinates have not been asked for yet.
+    pub(super) fn wants_coordinates(&self, scene: &SceneState) -> bool {
+        !self.settings.freeze_selection
+            && self.strategy().needs_region()
+            && self.coordinates != Some(self.coordinate_state(scene))
+    }
+
+    pub(super) fn wants_selection(&self, view: &CameraView) -> bool {
+        let region_frame = self.region_in_use().map(|state| state.frame);
+        !self.settings.freeze_selection && self.selected != Some((*view, region_frame))
+    }
+
+    pub(super) fn strategy(&self) -> &'static dyn SelectionStrategy {
+        self.settings.strategy.implementation()
+    }
+
+    /// The latest region, if the strategy goes by it.
+    pub(super) fn region_in_use(&self) -> Option<&RegionState> {
+        self.region.as_ref().filter(|_| self.strategy().needs_region())
+    }
+
+    /// Distance in metres from the eye to the ground below it.
+    pub(super) fn clearance_m(&self, scene: &SceneState) -> f64 {
+        self.terrain.clearance_m(scene.view.eye, scene.settings.vertical_exaggeration)
+    }
+}
