@@ -65,7 +65,8 @@ impl Bench {
 }
 
 /// The pictures of two renderers are the same but for rounding: which slot a tile comes to depends on
-/// the order in which tiles were loaded, and its place in the atlas on how a sampler's coordinates round.
+/// the order in which tiles were loaded (with a single loading thread the pictures are equal bit for bit),
+/// and how a sampler's coordinates round depends on the slot.
 fn assert_same(a: &Picture, b: &Picture) {
     let differences = a.rgba.iter().zip(&b.rgba).map(|(a, b)| a.abs_diff(*b));
     let most = differences.clone().max().unwrap_or(0);
