@@ -60,7 +60,8 @@ struct ColourRead {
 @group(0) @binding(6) var<storage, read> places_px: array<vec2<f32>>;
 @group(0) @binding(7) var<storage, read_write> pixels: array<CastPixel>;
 @group(0) @binding(8) var imagery: texture_2d<f32>;
-@group(0) @binding(9) var imagery_sampler: sampler;
+@group(0) @binding(9) var trilinear_sampler: sampler;
+@group(0) @binding(10) var anisotropic_sampler: sampler;
 
 const NO_TRIANGLE: u32 = 0xffffffffu;
 const IS_RUN: u32 = 0x80000000u;
@@ -308,12 +309,12 @@ fn texture_colour(ray: vec3<f32>, hit: Hit) -> ColourRead {
     let longest_m = max(length(sides[0]), length(sides[1]));
     if METHOD == 1u {
         let lod = log2(longest_m / setup.texel_m);
-        let sample = textureSampleLevel(imagery, imagery_sampler, uv, lod);
+        let sample = textureSampleLevel(imagery, trilinear_sampler, uv, lod);
         let is_magnified = lod <= 0.0;
         return ColourRead(sample.rgb, select(8u, 4u, is_magnified), select(4u, 2u, is_magnified));
     }
     let per_m = setup.uv_per_cell / setup.cell_m;
-    let sample = textureSampleGrad(imagery, imagery_sampler, uv, sides[0] * per_m, sides[1] * per_m);
+    let sample = textureSampleGrad(imagery, anisotropic_sampler, uv, sides[0] * per_m, sides[1] * per_m);
     let shortest_m = max(min(length(sides[0]), length(sides[1])), 1.0e-3 * longest_m);
     let taps = u32(clamp(ceil(longest_m / shortest_m), 1.0, 16.0));
     return ColourRead(sample.rgb, 8u * taps, 4u * taps);

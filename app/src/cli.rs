@@ -7,6 +7,7 @@ use crate::commands::compare::CompareArgs;
 use crate::commands::doctor::DoctorArgs;
 use crate::commands::fly::FlyArgs;
 use crate::commands::info::InfoArgs;
+use crate::commands::limit::LimitArgs;
 use crate::commands::precision::PrecisionArgs;
 use crate::commands::prepare::PrepareArgs;
 use crate::commands::render::RenderArgs;
@@ -48,6 +49,8 @@ pub enum Command {
     Precision(PrecisionArgs),
     /// Measure what a flight's frames cost and how far they are from exact pictures.
     Compare(CompareArgs),
+    /// Make and study limit-triangulated surfaces: colours integrated over distance.
+    Limit(LimitArgs),
     /// Say which graphics adapters there are, what they can do and what would be left out.
     Doctor(DoctorArgs),
 }

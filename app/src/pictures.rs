@@ -21,3 +21,16 @@ pub fn write_png(path: &Path, size_px: [u32; 2], rgba: &[u8]) -> anyhow::Result<
     image::save_buffer(path, rgba, width, height, image::ColorType::Rgba8)
         .with_context(|| format!("{}: cannot write the picture", path.display()))
 }
+
+/// A picture as a PNG file in memory: RGBA, 8 bits a channel, first row on top.
+///
+/// # Errors
+/// Where there are not four bytes a pixel.
+pub fn png_bytes([width, height]: [u32; 2], rgba: &[u8]) -> anyhow::Result<Vec<u8>> {
+    use image::ImageEncoder;
+    let mut png = Vec::new();
+    image::codecs::png::PngEncoder::new(&mut png)
+        .write_image(rgba, width, height, image::ExtendedColorType::Rgba8)
+        .context("cannot encode the picture")?;
+    Ok(png)
+}

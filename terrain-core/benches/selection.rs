@@ -9,8 +9,8 @@ use terrain_core::CameraView;
 use terrain_core::dataset::{HeightRange, HeightRanges};
 use terrain_core::residency::{OffsetTable, TileCache};
 use terrain_core::selection::{
-    CoordinateImage, LayerTree, Selection, SelectionConfig, TileTree, VisibleRegion,
-    merge_farthest, regularize, select, subdivide, visible_region,
+    CoordinateImage, LayerTree, Selection, SelectionConfig, Strategy, TileTree, VisibleRegion,
+    merge_farthest, regularize, select, select_by_frustum, subdivide, visible_region,
 };
 use terrain_core::surface::{CircularMesh, CircularMeshSettings};
 use terrain_core::tiling::{Extent, LayerLayout, TileId, TileSet, TilingScheme};
@@ -59,12 +59,19 @@ fn view_and_region(tree: &TileTree) -> (CameraView, VisibleRegion) {
     (view, VisibleRegion { extent, covered_pixels: 100_000 })
 }
 
-/// The threshold at which the selection comes nearest below `tiles` without any merging.
+/// The threshold at which the paper's selection comes nearest below `tiles` without any merging.
 fn config_for(tree: &TileTree, tiles: usize) -> SelectionConfig {
+    config_of(Strategy::RttQuadtree, tree, tiles)
+}
+
+/// The threshold at which the strategy's selection comes nearest below `tiles` without a limit.
+fn config_of(strategy: Strategy, tree: &TileTree, tiles: usize) -> SelectionConfig {
     let (view, region) = view_and_region(tree);
     let config =
         |texel_px| SelectionConfig { max_tiles: usize::MAX, texel_px, ..Default::default() };
-    let count = |texel_px| select(tree, Some(&region), &view, &config(texel_px)).tiles.len();
+    let strategy = strategy.implementation();
+    let selection = |texel_px| strategy.select(tree, Some(&region), &view, &config(texel_px));
+    let count = |texel_px| selection(texel_px).tiles.len();
     let (mut coarse, mut fine) = (1_000.0_f64, 0.01_f64);
     for _ in 0..40 {
         let middle = (coarse * fine).sqrt();
@@ -109,6 +116,24 @@ fn selection(criterion: &mut Criterion) {
         let merge = |list: &mut _| merge_farthest(list, 256);
         bencher.iter_batched_ref(|| regular.clone(), merge, criterion::BatchSize::SmallInput);
     });
+    group.finish();
+}
+
+fn by_frustum(criterion: &mut Criterion) {
+    let tree = tree();
+    let (view, _) = view_and_region(&tree);
+    let mut group = criterion.benchmark_group("select by frustum");
+    for tiles in SIZES {
+        let config = |tiles| config_of(Strategy::CpuFrustum, &tree, tiles);
+        let fitting = config(tiles);
+        group.bench_function(BenchmarkId::new("fitting", tiles), |bencher| {
+            bencher.iter(|| select_by_frustum(&tree, &view, black_box(&fitting)));
+        });
+        let limited = SelectionConfig { max_tiles: tiles, ..config(4 * tiles) };
+        group.bench_function(BenchmarkId::new("limited to a quarter", tiles), |bencher| {
+            bencher.iter(|| select_by_frustum(&tree, &view, black_box(&limited)));
+        });
+    }
     group.finish();
 }
 
@@ -170,5 +195,5 @@ fn region_and_mesh(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, selection, residency, region_and_mesh);
+criterion_group!(benches, selection, by_frustum, residency, region_and_mesh);
 criterion_main!(benches);

@@ -5,56 +5,31 @@
 //! coordinate image and draws. Nothing in it waits for the GPU or the disk, and nothing is done that
 //! would give what the last frame already has: see `SceneState`.
 
+mod error;
+mod frame_record;
+mod scene_state;
+mod still_camera;
+
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use glam::{DVec2, DVec3, dvec3};
+use glam::DVec2;
 
-use crate::dataset::{LoadError, TileSource};
+pub use self::error::RenderError;
+use self::scene_state::{CoordinateState, RegionState, SceneState};
+use crate::CameraView;
+use crate::dataset::TileSource;
 use crate::frame_setup::{frame_uniforms, mesh_radius, mesh_scale_m};
 use crate::gpu::{
-    CoordinateFeedback, CoordinatePass, DebugImage, DebugImagePass, DebugImageSource,
-    FrameBindings, FrameTimer, GpuContext, GpuError, MeshScene, Picture, PictureTarget,
-    SceneMeshes, TerrainCache, TerrainPassSettings, read_texture,
+    CoordinateFeedback, DebugImage, DebugImagePass, DebugImageSource, FrameBindings, FrameTimer,
+    GpuContext, MeshScene, Picture, PictureTarget, SceneMeshes, TerrainCache, TerrainPassSettings,
 };
 use crate::layer_loading::colour_format;
 use crate::measure::{ByteCause, FrameLedger, FrameRecord};
-use crate::renderer_settings::{LookupMethod, RendererSettings};
-use crate::resident_terrain::{Arrivals, OpenTerrainError, ResidentTerrain};
-use crate::selection::{
-    Selection, SelectionConfig, SelectionStrategy, TileTree, VisibleRegion, visible_region,
-};
+use crate::renderer_settings::{DebugView, LookupMethod, RendererSettings};
+use crate::resident_terrain::{Arrivals, ResidentTerrain};
+use crate::selection::{Selection, SelectionConfig, TileTree, visible_region};
 use crate::tiling::TileId;
-use crate::{CameraError, CameraView};
-
-/// Why a frame could not be drawn, or a renderer not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum RenderError {
-    /// The GPU.
-    #[error(transparent)]
-    Gpu(#[from] GpuError),
-    /// The view asked for is none.
-    #[error(transparent)]
-    Camera(#[from] CameraError),
-    /// A tile without which nothing can be drawn.
-    #[error(transparent)]
-    Load(#[from] LoadError),
-    /// The system gives no threads for loading.
-    #[error("cannot start the threads that load tiles: {0}")]
-    Threads(#[from] std::io::Error),
-    /// The dataset has no level 0.
-    #[error("the dataset holds no heights: its coarsest tile is missing; prepare it again")]
-    NoHeights,
-}
-
-impl From<OpenTerrainError> for RenderError {
-    fn from(error: OpenTerrainError) -> Self {
-        match error {
-            OpenTerrainError::Load(error) => Self::Load(error),
-            OpenTerrainError::Threads(error) => Self::Threads(error),
-        }
-    }
-}
 
 /// Draws a dataset as the tile-scheduling method does.
 pub struct TerrainRenderer {
@@ -81,31 +56,6 @@ pub struct TerrainRenderer {
     coordinates: Option<CoordinateState>,
     /// The view and the region's frame, where there was one, the latest selection was made for.
     selected: Option<(CameraView, Option<u64>)>,
-}
-
-/// The latest region that came back.
-struct RegionState {
-    /// `None`: the view was empty.
-    region: Option<VisibleRegion>,
-    frame: u64,
-    view: CameraView,
-}
-
-/// What a coordinate image depends on. Not the choice among resident tiles: it follows from the image,
-/// so that a still camera comes to rest.
-#[derive(Clone, Copy, PartialEq)]
-struct CoordinateState {
-    view: CameraView,
-    uploads: u64,
-    settings: RendererSettings,
-}
-
-/// What a picture depends on: equal states give equal pictures.
-#[derive(Clone, Copy, PartialEq)]
-struct SceneState {
-    view: CameraView,
-    data_version: u64,
-    settings: RendererSettings,
 }
 
 impl TerrainRenderer {
@@ -181,6 +131,9 @@ impl TerrainRenderer {
         } else if settings != self.settings {
             self.settings = settings;
             self.selected = None;
+            if let Some(region) = &mut self.region {
+                region.images = 0;
+            }
         }
         Ok(())
     }
@@ -246,84 +199,6 @@ impl TerrainRenderer {
         Ok(sum)
     }
 
-    /// Where on the ground each pixel of the view looks, after drawing until nothing is missing; see
-    /// [`Self::drawn_coordinates`].
-    ///
-    /// # Errors
-    /// [`RenderError::Gpu`] where the device has failed.
-    pub fn ground_coordinates(&mut self, view: &CameraView) -> Result<Vec<[f64; 3]>, RenderError> {
-        self.settle(view)?;
-        self.drawn_coordinates(view)
-    }
-
-    /// Where on the ground each pixel of the view looks with the tiles there are: x, y in the
-    /// dataset's CRS and the height drawn (exaggeration included), row by row from the top left, NaN
-    /// where there is sky. From the same mesh and tiles as a picture. No frame: see
-    /// [`Self::redraw`].
-    ///
-    /// # Errors
-    /// [`RenderError::Gpu`] where the device has failed.
-    pub fn drawn_coordinates(&mut self, view: &CameraView) -> Result<Vec<[f64; 3]>, RenderError> {
-        let format = CoordinatePass::FULL_FORMAT;
-        let pass = CoordinatePass::new(&self.gpu.device, &self.bindings, format, view.viewport_px);
-        self.beside_frames(view, |renderer, encoder, _| {
-            if let Some(mesh) = renderer.meshes.picture() {
-                pass.record(encoder, &renderer.bindings, mesh.parts(), mesh.visible());
-            }
-        });
-        let bytes = read_texture(&self.gpu, &pass.target, view.viewport_px, 16)?;
-        let world = |[x, y, z, ground]: [f32; 4]| {
-            let offset = dvec3(f64::from(x), f64::from(y), f64::from(z));
-            let point = if ground == 0.0 { DVec3::NAN } else { view.eye + offset };
-            point.to_array()
-        };
-        Ok(bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(&bytes).into_iter().map(world).collect())
-    }
-
-    /// Draws the view into `target` with the tiles there are, for comparing pictures. No frame: nothing
-    /// is selected, loaded or counted, and the next frame finds everything as the last one left it.
-    /// Before the first frame it builds meshes that the first frame would build.
-    ///
-    /// # Errors
-    /// [`RenderError::Gpu`] where the device has failed.
-    pub fn redraw(
-        &mut self,
-        view: &CameraView,
-        target: &wgpu::TextureView,
-        format: wgpu::TextureFormat,
-    ) -> Result<(), RenderError> {
-        self.gpu.check()?;
-        self.beside_frames(view, |renderer, encoder, scene| {
-            renderer.draw(encoder, scene, target, format, false);
-        });
-        Ok(())
-    }
-
-    /// Records and submits work on the view as it would be drawn now, then brings everything back to
-    /// what the last frame drew.
-    fn beside_frames(
-        &mut self,
-        view: &CameraView,
-        work: impl FnOnce(&mut Self, &mut wgpu::CommandEncoder, &SceneState),
-    ) {
-        let ledger = std::mem::take(&mut self.ledger);
-        let drawn = self.drawn;
-        let scene = self.scene(view);
-        let mut encoder = self.encoder();
-        self.set_up(&scene);
-        self.displace(&mut encoder, &scene, false, false);
-        work(self, &mut encoder, &scene);
-        self.gpu.queue.submit([encoder.finish()]);
-        if let Some(scene) = drawn {
-            let mut encoder = self.encoder();
-            self.set_up(&scene);
-            self.displace(&mut encoder, &scene, false, false);
-            self.gpu.queue.submit([encoder.finish()]);
-        }
-        self.drawn = drawn;
-        self.ledger = ledger;
-    }
-
     /// Draws one of the renderer's own textures into `target`, which has
     /// [`DEBUG_IMAGE_FORMAT`](crate::gpu::DEBUG_IMAGE_FORMAT) and this size, for people to look at.
     /// No part of a frame: nothing is counted.
@@ -351,26 +226,6 @@ impl TerrainRenderer {
         pass.record(&self.gpu.device, &mut encoder, &source, (target, size_px));
         self.gpu.queue.submit([encoder.finish()]);
         self.debug_images = Some(pass);
-    }
-
-    /// Draws frames without a picture until nothing is missing.
-    fn settle(&mut self, view: &CameraView) -> Result<FrameRecord, RenderError> {
-        // Each round brings at least one tile or image, unless a disk takes its time.
-        const MOST_FRAMES: u32 = 2_000;
-        const PATIENCE: Duration = Duration::from_secs(1);
-        let mut sum = self.frame(view, None)?;
-        for _ in 0..MOST_FRAMES {
-            if !self.is_pending(view) {
-                break;
-            }
-            // Waiting for all that is under way makes the same rounds of them every time, however fast
-            // disk and GPU are. A failure of the device shows in the next frame's check.
-            let _ = self.gpu.device.poll(wgpu::PollType::wait_indefinitely());
-            self.terrain.wait(PATIENCE);
-            let record = self.frame(view, None)?;
-            sum.add_work_of(&record);
-        }
-        Ok(sum)
     }
 
     /// One frame, with or without a picture.
@@ -416,44 +271,6 @@ impl TerrainRenderer {
         self.gpu.device.create_command_encoder(&Default::default())
     }
 
-    fn scene(&self, view: &CameraView) -> SceneState {
-        SceneState { view: *view, data_version: self.terrain.version, settings: self.settings }
-    }
-
-    fn coordinate_state(&self, scene: &SceneState) -> CoordinateState {
-        let SceneState { view, settings, .. } = *scene;
-        CoordinateState { view, uploads: self.terrain.uploads, settings }
-    }
-
-    /// Whether tiles or a coordinate image are still to come for this view.
-    fn is_pending(&self, view: &CameraView) -> bool {
-        self.terrain.missing() > 0
-            || self.feedback.is_waiting()
-            || self.wants_coordinates(&self.scene(view))
-            || self.wants_selection(view)
-    }
-
-    /// Whether the scene's coordinates have not been asked for yet.
-    fn wants_coordinates(&self, scene: &SceneState) -> bool {
-        !self.settings.freeze_selection
-            && self.strategy().needs_region()
-            && self.coordinates != Some(self.coordinate_state(scene))
-    }
-
-    fn wants_selection(&self, view: &CameraView) -> bool {
-        let region_frame = self.region_in_use().map(|state| state.frame);
-        !self.settings.freeze_selection && self.selected != Some((*view, region_frame))
-    }
-
-    fn strategy(&self) -> &'static dyn SelectionStrategy {
-        self.settings.strategy.implementation()
-    }
-
-    /// The latest region, if the strategy goes by it.
-    fn region_in_use(&self) -> Option<&RegionState> {
-        self.region.as_ref().filter(|_| self.strategy().needs_region())
-    }
-
     /// Takes the newest coordinate image that has come back, if any.
     fn receive_region(&mut self) {
         // A failure of the device shows in the next check.
@@ -461,7 +278,8 @@ impl TerrainRenderer {
         if let Some((image, count)) = self.feedback.take_newest(self.frame) {
             self.ledger.add(ByteCause::Readback, count * self.feedback.image_bytes());
             let region = visible_region(&image);
-            self.region = Some(RegionState { region, frame: image.frame, view: image.view });
+            let found = RegionState { region, frame: image.frame, view: image.view, images: 1 };
+            self.region = Some(RegionState::after(self.region.as_ref(), found));
         }
     }
 
@@ -578,6 +396,7 @@ impl TerrainRenderer {
             has_colours: self.terrain.has_colours(),
             has_voids: self.source.manifest().heights.has_voids,
             anisotropy: scene.settings.anisotropy,
+            sorts_triangles: scene.settings.debug_view == DebugView::Off,
             debug_view: scene.settings.debug_view,
         };
         let target = PictureTarget {
@@ -588,38 +407,5 @@ impl TerrainRenderer {
         let mesh = self.meshes.picture();
         self.picture.record(&self.gpu.device, encoder, &self.bindings, mesh, settings, target);
         self.drawn = Some(*scene);
-    }
-
-    fn record(&mut self, (new, evicted): (u64, u64), coordinate_pass_drawn: bool) -> FrameRecord {
-        let (blocks, triangles) = self.meshes.picture().map_or((0, 0), |mesh| mesh.drawn());
-        let mut record = FrameRecord {
-            strategy: self.settings.strategy.to_string(),
-            frame: self.frame,
-            gpu_ms: self.timer.latest_ms(),
-            tiles_selected: self.selection.tiles.len() as u64,
-            tiles_new: new,
-            tiles_missing: self.terrain.missing() as u64,
-            tiles_evicted: evicted,
-            tiles_resident: self.terrain.resident() as u64,
-            region_age_frames: self.region_age_frames(),
-            finest_level: self.selection.statistics.finest_level,
-            coordinate_pass_drawn,
-            blocks_drawn: blocks,
-            triangles_drawn: triangles,
-            ..Default::default()
-        };
-        record.set_bytes(&self.ledger.take());
-        record
-    }
-
-    /// How many frames ago the region in use was seen; 0 where the camera has not moved since.
-    fn region_age_frames(&self) -> Option<u64> {
-        let state = self.region_in_use()?;
-        let is_current = self.selected.is_some_and(|(view, _)| view == state.view);
-        Some(if is_current { 0 } else { self.frame - state.frame })
-    }
-
-    fn clearance_m(&self, scene: &SceneState) -> f64 {
-        self.terrain.clearance_m(scene.view.eye, scene.settings.vertical_exaggeration)
     }
 }

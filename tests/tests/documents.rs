@@ -57,8 +57,34 @@ fn make_targets_that_are_named_exist() -> anyhow::Result<()> {
 }
 
 #[test]
+fn benchmarks_and_tests_that_are_named_exist() -> anyhow::Result<()> {
+    let mut named = 0;
+    for (path, text) in documents()? {
+        for command in text.split('`').filter(|code| code.starts_with("cargo ")) {
+            let words: Vec<&str> = command.split_whitespace().collect();
+            let after = |flag: &str| words.iter().skip_while(|word| **word != flag).nth(1).copied();
+            let folder = match after("-p") {
+                Some("terrain-tests") => "tests",
+                Some(package) => package,
+                None => continue,
+            };
+            for (flag, kind) in [("--bench", "benches"), ("--test", "tests")] {
+                let Some(name) = after(flag) else { continue };
+                let place = root().join(folder).join(kind);
+                let exists = place.join(format!("{name}.rs")).exists() || place.join(name).is_dir();
+                assert!(exists, "{}: {command}", path.display());
+                named += 1;
+            }
+        }
+    }
+    assert!(named >= 5, "the README says how to repeat what was measured");
+    Ok(())
+}
+
+#[test]
 fn commands_that_are_named_exist() -> anyhow::Result<()> {
-    let known = ["prepare", "info", "fly", "render", "compare", "precision", "doctor"];
+    let known =
+        ["prepare", "info", "fly", "render", "compare", "precision", "limit", "doctor", "synth"];
     for (path, text) in documents()? {
         let commands = text.split('`').skip(1).step_by(2).chain(text.lines());
         for command in commands.filter_map(|line| line.trim().strip_prefix("terrain ")) {

@@ -64,6 +64,17 @@ impl Bench {
     }
 }
 
+/// The pictures of two renderers are the same but for rounding: which slot a tile comes to depends on
+/// the order in which tiles were loaded (with a single loading thread the pictures are equal bit for bit),
+/// and how a sampler's coordinates round depends on the slot.
+fn assert_same(a: &Picture, b: &Picture) {
+    let differences = a.rgba.iter().zip(&b.rgba).map(|(a, b)| a.abs_diff(*b));
+    let most = differences.clone().max().unwrap_or(0);
+    let count = differences.filter(|difference| *difference > 0).count();
+    assert!(a.size_px == b.size_px && most <= 1, "the pictures differ by up to {most} of 255");
+    assert!(count * 10_000 <= a.rgba.len(), "the pictures differ in {count} values");
+}
+
 #[test]
 fn a_still_camera_costs_nothing_but_its_picture() {
     let source = Arc::new(source_at(DVec2::ZERO));
@@ -92,7 +103,7 @@ fn the_same_data_ten_thousand_kilometres_away_gives_the_same_picture() {
         Some(bench.settled(&view_at(centre)))
     });
     let [Some(near), Some(far)] = pictures else { return };
-    assert!(near == far, "the pictures differ");
+    assert_same(&near, &far);
 }
 
 #[test]
@@ -103,7 +114,7 @@ fn both_lookups_draw_the_same_picture() {
         Some(bench.settled(&view_at(DVec2::ZERO)))
     });
     let [Some(descend), Some(linear)] = pictures else { return };
-    assert!(descend == linear, "the pictures differ");
+    assert_same(&descend, &linear);
 }
 
 #[test]
@@ -118,7 +129,8 @@ fn the_picture_does_not_depend_on_the_way_there() {
         Some(bench.settled(&high))
     });
     let [Some(climbed), Some(fresh)] = pictures else { return };
-    assert!(climbed == fresh, "fine tiles of the way there still show");
+    // Not so where fine tiles of the way there still show.
+    assert_same(&climbed, &fresh);
 }
 
 #[test]

@@ -180,7 +180,10 @@ fn what_cannot_be_made_or_is_stopped_leaves_nothing() {
     let make = |request: &LimitRequest| {
         prepare_limit_surface(&source, request, &path, &StopAtOnce(&cancel), &cancel)
     };
-    let stopped = make(&request()).unwrap_err();
+    // Two bands: the first one done stops the second.
+    let half = dvec2(10.0, 80.0);
+    let tall = Some(Extent::new(CENTRE - half, CENTRE + half));
+    let stopped = make(&LimitRequest { area: tall, ..request() }).unwrap_err();
     assert!(matches!(stopped, LimitSurfaceError::Cancelled), "{stopped}");
     let beside = Extent::new(DVec2::ZERO, DVec2::ONE);
     let wrong = [
@@ -200,7 +203,7 @@ fn what_cannot_be_made_or_is_stopped_leaves_nothing() {
 
 fn view(from_centre: DVec3, heading_deg: f64, pitch_deg: f64) -> CameraView {
     let eye = CENTRE.extend(0.0) + from_centre;
-    CameraView { eye, heading_deg, pitch_deg, fov_y_deg: 1.6, viewport_px: [96, 64] }
+    CameraView { eye, heading_deg, pitch_deg, fov_y_deg: 0.6, viewport_px: [96, 64] }
 }
 
 #[test]
@@ -275,7 +278,7 @@ fn gpu_against_cpu(
             found.gpu_ms,
             found.picture.accesses.words_per_hit()
         );
-        assert!(hits > 2_000, "{hits} rays meet the surface");
+        assert!(hits > 1_000, "{hits} rays meet the surface");
         // Rays within rounding of an edge may meet the triangle beside it.
         assert!(same as f64 > 0.99 * apart.len() as f64, "{same} of {}", apart.len());
         assert!(mean < mean_bound && p99 < p99_bound, "{mean} {p99}");
@@ -291,9 +294,9 @@ fn the_gpu_meets_the_same_triangles_and_gives_the_same_colours() {
     let source = hills();
     let (_, surface) = made(&source, &request()).unwrap();
     for view in [
-        view(DVec3::new(10.0, 3.0, 3_000.0), 30.0, -88.0),
-        view(DVec3::new(-900.0, -700.0, 800.0), 52.0, -24.0),
-        view(DVec3::new(300.0, -1_500.0, 700.0), -11.0, -14.0),
+        view(DVec3::new(10.0, 3.0, 5_000.0), 30.0, -90.0),
+        view(DVec3::new(-2_700.0, -2_100.0, 1_800.0), 52.1, -23.7),
+        view(DVec3::new(900.0, -4_500.0, 1_500.0), -11.3, -14.6),
     ] {
         if gpu_against_cpu(&surface, &source, view).is_none() {
             return;

@@ -179,3 +179,28 @@ fn a_damaged_dataset_says_what_is_wrong() {
     assert!(matches!(opened, Err(OpenError::OtherVersion { found: 77, .. })));
     assert!(matches!(Dataset::open(folder.path()), Err(OpenError::NotADataset { .. })));
 }
+
+#[test]
+fn a_cut_jpeg_and_heights_given_as_a_picture_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    fixture().write_i16(&path("dem.tif"), &heights()).unwrap();
+    let picture = image::RgbImage::from_fn(300, 300, |x, y| image::Rgb([x as u8, y as u8, 7]));
+    picture.save(path("dom.jpg")).unwrap();
+    std::fs::write(path("dom.jgw"), "7\n0\n0\n-7\n432003.5\n6849996.5\n").unwrap();
+    let whole = std::fs::read(path("dom.jpg")).unwrap();
+    let mut request = request(folder.path(), "dem.tif");
+    request.colours = vec![path("dom.jpg")];
+    for length in [whole.len() / 3, whole.len() - 200, whole.len() - 1] {
+        std::fs::write(path("dom.jpg"), &whole[..length]).unwrap();
+        let line = refusal(&request);
+        assert!(line.contains("dom.jpg") && line.contains("truncated"), "{length}: {line}");
+    }
+    // Some programs write a little after the end.
+    std::fs::write(path("dom.jpg"), [&whole[..], b"written by a camera"].concat()).unwrap();
+    assert!(prepare(&request, &NoProgress, &AtomicBool::new(false)).is_ok());
+    std::fs::remove_dir_all(&request.out).unwrap();
+    request.colours = vec![path("dem.tif")];
+    let line = refusal(&request);
+    assert!(line.contains("heights, not a picture"), "{line}");
+}

@@ -288,3 +288,21 @@ fn degrees_are_brought_to_the_utm_zone_and_a_plane_stays_a_plane() {
     // A texel is some 160 m, 1.4 m of height.
     assert!((height_m - 500.0).abs() < 1.0, "{height_m}");
 }
+
+#[test]
+fn a_clear_value_of_a_grey_png_is_no_data() {
+    let folder = tempfile::tempdir().unwrap();
+    let texel =
+        |x: u32, y: u32| image::LumaA([(1000 + x) as u16, if x == y { 0 } else { u16::MAX }]);
+    let heights = image::ImageBuffer::<_, Vec<u16>>::from_fn(30, 30, texel);
+    heights.save(folder.path().join("dem.png")).unwrap();
+    std::fs::write(folder.path().join("dem.pgw"), "10\n0\n0\n-10\n432005\n6849995\n").unwrap();
+    let request = PrepareRequest { epsg: Some(32632), ..request(folder.path(), &["dem.png"]) };
+    let (dataset, _) = run(&request);
+    let tile = dataset.load_heights(TileId::ROOT).unwrap().tile;
+    let stored = tile.stored_size_texels as usize;
+    for (row, column) in (0..30).flat_map(|row| (0..30).map(move |column| (row, column))) {
+        let height_m = tile.samples.height_m((row + 4) * stored + column + 4);
+        assert_eq!(height_m, (row != column).then_some(1000.0 + column as f32));
+    }
+}

@@ -4,6 +4,7 @@ pub mod compare;
 pub mod doctor;
 pub mod fly;
 pub mod info;
+pub mod limit;
 pub mod precision;
 pub mod prepare;
 pub mod render;
@@ -35,6 +36,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         Some(Command::Render(args)) => render::run(&args, &cli.adapter),
         Some(Command::Precision(args)) => precision::run(&args, &cli.adapter),
         Some(Command::Compare(args)) => compare::run(&args, &cli.adapter),
+        Some(Command::Limit(args)) => limit::run(&args),
         Some(Command::Doctor(args)) => doctor::run(&args, &cli.adapter),
     }
 }

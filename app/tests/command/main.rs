@@ -4,8 +4,11 @@
 #![expect(clippy::print_stderr, reason = "a skipped test is to be seen")]
 
 mod compare;
+#[cfg(unix)]
+mod documents;
 mod drawing;
 mod harness;
+mod precision;
 #[cfg(unix)]
 mod preparing;
 mod usage;

@@ -2,7 +2,8 @@
 
 use crate::harness::{assert_fails_naming, assert_success, run, stderr, stdout, terrain};
 
-const COMMANDS: [&str; 6] = ["prepare", "info", "fly", "render", "precision", "doctor"];
+const COMMANDS: [&str; 8] =
+    ["prepare", "synth", "info", "fly", "render", "precision", "limit", "doctor"];
 
 #[test]
 fn every_command_has_help_with_an_example() {

@@ -12,7 +12,8 @@ pub(super) struct LimitSurfaceBuffers {
     knots: wgpu::Buffer,
     distances: wgpu::Buffer,
     imagery: wgpu::TextureView,
-    sampler: wgpu::Sampler,
+    trilinear: wgpu::Sampler,
+    anisotropic: wgpu::Sampler,
 }
 
 impl LimitSurfaceBuffers {
@@ -54,14 +55,8 @@ impl LimitSurfaceBuffers {
             knots: storage(device, "knots", bytemuck::cast_slice(knots)),
             distances: storage(device, "distances", bytemuck::cast_slice(&distances)),
             imagery: upload(gpu, texture),
-            sampler: device.create_sampler(&wgpu::SamplerDescriptor {
-                label: Some("imagery"),
-                mag_filter: wgpu::FilterMode::Linear,
-                min_filter: wgpu::FilterMode::Linear,
-                mipmap_filter: wgpu::MipmapFilterMode::Linear,
-                anisotropy_clamp: Self::MOST_TAPS,
-                ..Default::default()
-            }),
+            trilinear: sampler(device, 1),
+            anisotropic: sampler(device, Self::MOST_TAPS),
         })
     }
 
@@ -89,6 +84,7 @@ impl LimitSurfaceBuffers {
             read(),
             buffer(Storage { read_only: false }),
             imagery,
+            wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
             wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
         ];
         let entries = (0..).zip(types).map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
@@ -129,7 +125,8 @@ impl LimitSurfaceBuffers {
         ];
         let resources = buffers.into_iter().map(wgpu::Buffer::as_entire_binding).chain([
             wgpu::BindingResource::TextureView(&self.imagery),
-            wgpu::BindingResource::Sampler(&self.sampler),
+            wgpu::BindingResource::Sampler(&self.trilinear),
+            wgpu::BindingResource::Sampler(&self.anisotropic),
         ]);
         let entries = (0..)
             .zip(resources)
@@ -150,6 +147,18 @@ pub(super) fn storage(device: &wgpu::Device, label: &str, bytes: &[u8]) -> wgpu:
         label: Some(label),
         contents,
         usage,
+    })
+}
+
+/// Linear in all directions and between levels, with at most so many taps.
+fn sampler(device: &wgpu::Device, anisotropy_clamp: u16) -> wgpu::Sampler {
+    device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("imagery"),
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        mipmap_filter: wgpu::MipmapFilterMode::Linear,
+        anisotropy_clamp,
+        ..Default::default()
     })
 }
 

@@ -18,6 +18,9 @@ pub(crate) struct TerrainPassSettings {
     /// ground is not even shaded.
     pub has_voids: bool,
     pub anisotropy: u32,
+    /// Whether triangles within a tile are drawn apart from those across a border, which is quicker; not
+    /// for a picture that shows what only a lookup tells.
+    pub sorts_triangles: bool,
     pub debug_view: DebugView,
 }
 
@@ -43,7 +46,7 @@ pub(super) fn flag(value: bool) -> f64 {
 /// Draws the displaced mesh.
 pub(crate) struct TerrainPass {
     /// For triangles within one tile of each layer: most of them, and the fragments look nothing up.
-    /// `None` where the picture shows what only a lookup tells; then all are drawn as if across.
+    /// `None` where triangles are not sorted; then all are drawn as if across.
     within: Option<wgpu::RenderPipeline>,
     /// For triangles across the border of tiles.
     across: wgpu::RenderPipeline,
@@ -70,7 +73,8 @@ impl TerrainPass {
             surface_pipeline(device, bindings, &TERRAIN, entries, &options)
         };
         Self {
-            within: (settings.debug_view == DebugView::Off)
+            within: settings
+                .sorts_triangles
                 .then(|| pipeline(("vertex_within", "fragment_within"))),
             across: pipeline(("vertex_across", "fragment_across")),
         }

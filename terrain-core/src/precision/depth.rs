@@ -110,8 +110,8 @@ pub struct DepthGrid {
 impl DepthGrid {
     /// Distances from just beyond the near plane to once round the Earth; gaps by powers of two.
     pub fn studied() -> Self {
-        let distances_m = (0..64).flat_map(|index| {
-            let distance_m = 0.2 * 1.35_f64.powi(index);
+        let distances_m = (-5..=61).flat_map(|eighth| {
+            let distance_m = 10.0_f64.powf(f64::from(eighth) / 8.0);
             (0..NEIGHBOURS).map(move |n| (distance_m * (1.0 + 0.0173 * n as f64)) as f32)
         });
         Self {

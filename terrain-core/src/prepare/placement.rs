@@ -42,6 +42,10 @@ pub fn place_colours(
     let mut placed = Vec::new();
     for path in &request.colours {
         let source = open_raster(path)?;
+        if source.info().content == RasterContent::Measurements {
+            let reason = "heights, not a picture; give it with --dem".to_owned();
+            return Err(PrepareError::Misplaced { path: path.clone(), reason });
+        }
         let stated = request.colour_epsg;
         let (grid, crs) = match (source.info().grid, request.colour_bounds) {
             (Some(grid), _) if source.info().epsg.is_none() && stated.is_none() => {

@@ -1,8 +1,9 @@
 //! A ray's way over the cells of one tile, past blocks of cells that it cannot meet.
 //!
-//! The order of cells and the distances at which the ray enters and leaves each follow from the
+//! A block is cut into its four quarters where the ray crosses its middle lines, down to single
+//! cells. The order of cells and the distances at which the ray enters and leaves each follow from the
 //! comparison of its distances to the grid's lines alone, never from rounded places, so that they are
-//! the same, bit for bit, whether blocks are passed or not.
+//! the same, bit for bit, whether blocks are passed or not, and no part of the ray is left out.
 
 use glam::{DVec2, DVec3};
 
@@ -31,14 +32,29 @@ pub(super) struct Ray {
 }
 
 impl Ray {
-    /// Which side of everything within a range of heights the ray is on between two distances;
-    /// `None` where it may meet it.
-    pub fn side_of(&self, [low_m, high_m]: [f64; 2], from: f64, to: f64) -> Option<Side> {
-        let [start, end] = [from, to].map(|t| self.origin.z + t * self.direction.z);
-        if start.min(end) > high_m * self.exaggeration + self.slack_m {
-            return Some(Side::Above);
+    /// Whether the ray misses all heights of a range (metres) between two distances; then `side`, on
+    /// which it was before, becomes the one on which it passes.
+    pub fn passes(
+        &self,
+        [low_m, high_m]: [f64; 2],
+        [from, to]: [f64; 2],
+        side: &mut Option<Side>,
+    ) -> bool {
+        let (start, end) =
+            (self.origin.z + from * self.direction.z, self.origin.z + to * self.direction.z);
+        // Plain comparisons: `f64::min` takes pains over NaN, and this is done for every block.
+        let (lowest, highest) = if start < end { (start, end) } else { (end, start) };
+        if lowest > high_m * self.exaggeration + self.slack_m {
+            *side = Some(Side::Above);
+            return true;
         }
-        (start.max(end) < low_m * self.exaggeration - self.slack_m).then_some(Side::Below)
+        // A ray that was above and is below what comes next meets the surface at the border.
+        let passes_below =
+            highest < low_m * self.exaggeration - self.slack_m && *side != Some(Side::Above);
+        if passes_below {
+            *side = Some(Side::Below);
+        }
+        passes_below
     }
 }
 
@@ -52,61 +68,36 @@ pub(super) struct GridHit {
     pub within: DVec2,
 }
 
-/// One axis of the grid as the ray sees it. Line k separates cells k and k + 1.
+/// One axis of the grid as the ray sees it.
 #[derive(Clone, Copy)]
 struct Axis {
     origin: f64,
     step: f64,
     inverse: f64,
-    cells: i32,
 }
 
 impl Axis {
-    fn new(origin: f64, step: f64, cells: i32) -> Self {
-        Self { origin, step, inverse: 1.0 / step, cells }
+    fn new(origin: f64, step: f64) -> Self {
+        Self { origin, step, inverse: 1.0 / step }
     }
 
-    /// Distance at which the ray crosses line `line`.
-    fn distance(&self, line: i32) -> f64 {
-        (f64::from(line) + 0.5 - self.origin) * self.inverse
+    /// Distance at which the ray crosses the line between a cell and the one before it. Infinite,
+    /// with the right sign, where it goes along the lines.
+    fn distance(&self, cell: i32) -> f64 {
+        (f64::from(cell) - 0.5 - self.origin) * self.inverse
     }
 
-    /// The line at which the ray leaves the block of 2^level cells that holds the cell, and where;
-    /// infinitely far where the tile ends first or the ray does not go along this axis.
-    fn exit(&self, cell: i32, level: u32) -> (i32, f64) {
-        let first = (cell >> level) << level;
-        let line = if self.step > 0.0 { first + (1 << level) - 1 } else { first - 1 };
-        let is_inside = self.step != 0.0 && line >= 0 && line < self.cells - 1;
-        (line, if is_inside { self.distance(line) } else { f64::INFINITY })
+    /// Whether the ray goes towards higher cells (if it does at all).
+    fn goes_up(&self) -> bool {
+        self.inverse > 0.0
     }
+}
 
-    /// The cell beyond a line.
-    fn beyond(&self, line: i32) -> i32 {
-        if self.step > 0.0 { line + 1 } else { line }
-    }
-
-    /// The cell at a distance: the lines that are crossed by then lie behind, the others ahead. From
-    /// the rounded place, then corrected by the distances of the lines themselves.
-    fn cell_at(&self, distance: f64, is_crossed: impl Fn(f64) -> bool) -> i32 {
-        let last = self.cells - 1;
-        let mut cell = ((self.origin + distance * self.step + 0.5).floor() as i32).clamp(0, last);
-        if self.step > 0.0 {
-            while cell < last && is_crossed(self.distance(cell)) {
-                cell += 1;
-            }
-            while cell > 0 && !is_crossed(self.distance(cell - 1)) {
-                cell -= 1;
-            }
-        } else if self.step < 0.0 {
-            while cell > 0 && is_crossed(self.distance(cell - 1)) {
-                cell -= 1;
-            }
-            while cell < last && !is_crossed(self.distance(cell)) {
-                cell += 1;
-            }
-        }
-        cell
-    }
+/// A square of 2^level cells a side by its first cell's column and row.
+#[derive(Clone, Copy)]
+struct Block {
+    level: u32,
+    cell: [i32; 2],
 }
 
 /// A ray over one tile's grid.
@@ -116,89 +107,78 @@ pub(super) struct GridWalk<'a> {
     x: Axis,
     y: Axis,
     search: Search,
+    /// Where the ray was when it came to the block at hand; `None` where there was no surface.
+    side: Option<Side>,
 }
 
 impl<'a> GridWalk<'a> {
-    pub fn new(grid: &'a HeightGrid, ray: &'a Ray, search: Search) -> Self {
+    /// `side` is where the ray is when it comes to the tile.
+    pub fn new(grid: &'a HeightGrid, ray: &'a Ray, search: Search, side: Option<Side>) -> Self {
         let origin = grid.place_of(ray.origin.truncate());
         let step = grid.direction_of(ray.direction);
-        let axis = |origin, step| Axis::new(origin, step, grid.cells());
-        Self { grid, ray, x: axis(origin.x, step.x), y: axis(origin.y, step.y), search }
+        let (x, y) = (Axis::new(origin.x, step.x), Axis::new(origin.y, step.y));
+        Self { grid, ray, x, y, search, side }
     }
 
-    /// Where the ray goes below the surface between two distances at which it is in the tile. `side`
-    /// is where the ray was when it came, and is kept up to date; `None` where there was no surface.
-    pub fn first_hit(&self, from: f64, to: f64, side: &mut Option<Side>) -> Option<GridHit> {
-        let top = self.grid.top_level();
-        let mut level = if self.search == Search::Bounded { top } else { 0 };
-        let mut cell =
-            [self.x.cell_at(from, |line| line <= from), self.y.cell_at(from, |line| line <= from)];
+    /// Where the ray was at the end of what it has walked over.
+    pub fn side(&self) -> Option<Side> {
+        self.side
+    }
+
+    /// Where the ray goes below the surface between two distances at which it is in the tile.
+    pub fn first_hit(&mut self, from: f64, to: f64) -> Option<GridHit> {
+        self.visit(Block { level: self.grid.top_level(), cell: [0, 0] }, [from, to])
+    }
+
+    fn visit(&mut self, block: Block, [from, to]: [f64; 2]) -> Option<GridHit> {
+        if block.level == 0 {
+            return self.cross(block.cell, [from, to]);
+        }
+        if self.search == Search::Bounded && self.passes(block, [from, to]) {
+            return None;
+        }
+        let level = block.level - 1;
+        let middle = block.cell.map(|first| first + (1 << level));
+        let cut = [self.cut(&self.x, middle[0]), self.cut(&self.y, middle[1])];
         let mut at = from;
         loop {
-            let (line_x, exit_x) = self.x.exit(cell[0], level);
-            let (line_y, exit_y) = self.y.exit(cell[1], level);
-            let end = exit_x.min(exit_y).min(to);
-            if level > 0 && !self.passes(level, cell, [at, end], side) {
-                level -= 1;
-                continue;
+            let is_beyond =
+                [(at >= cut[0]) == self.x.goes_up(), (at >= cut[1]) == self.y.goes_up()];
+            let first = |axis: usize| if is_beyond[axis] { middle[axis] } else { block.cell[axis] };
+            let next = next_cut(cut, at, to);
+            let quarter = Block { level, cell: [first(0), first(1)] };
+            if let Some(hit) = self.visit(quarter, [at, next]) {
+                return Some(hit);
             }
-            if level == 0 {
-                if let Some(hit) = self.cross(cell, [at, end], side) {
-                    return Some(hit);
-                }
-            }
-            if end >= to {
+            if next >= to {
                 return None;
             }
-            at = end;
-            // Lines of rows that are met together with one of columns are crossed first.
-            let crossed = if exit_y <= exit_x {
-                cell = [self.x.cell_at(at, |line| line < at), self.y.beyond(line_y)];
-                line_y
-            } else {
-                cell = [self.x.beyond(line_x), self.y.cell_at(at, |line| line <= at)];
-                line_x
-            };
-            // Over the border of a larger block: that may be passed as a whole.
-            let is_border = (crossed + 1) >> level & 1 == 0;
-            if self.search == Search::Bounded && is_border && level < top {
-                level += 1;
-            }
+            at = next;
+        }
+    }
+
+    /// Distance at which the ray crosses into or out of the half of a block that begins with this
+    /// cell; such that it never gets there where the tile ends before.
+    fn cut(&self, axis: &Axis, middle: i32) -> f64 {
+        match (middle < self.grid.cells(), axis.goes_up()) {
+            (true, _) => axis.distance(middle),
+            (false, true) => f64::INFINITY,
+            (false, false) => f64::NEG_INFINITY,
         }
     }
 
     /// Whether the ray misses the block; then `side` says how.
-    fn passes(
-        &self,
-        level: u32,
-        cell: [i32; 2],
-        [from, to]: [f64; 2],
-        side: &mut Option<Side>,
-    ) -> bool {
-        let [low_m, high_m] = self.grid.block_range(level, cell);
+    fn passes(&mut self, block: Block, [from, to]: [f64; 2]) -> bool {
+        let [low_m, high_m] = self.grid.block_range(block.level, block.cell);
         if low_m > high_m {
-            *side = None;
+            self.side = None;
             return true;
         }
         let range_m = [f64::from(low_m), f64::from(high_m)];
-        match self.ray.side_of(range_m, from, to) {
-            // It was above when it came to this block: it meets the surface at the border.
-            Some(Side::Below) if *side == Some(Side::Above) => false,
-            Some(found) => {
-                *side = Some(found);
-                true
-            }
-            None => false,
-        }
+        self.ray.passes(range_m, [from, to], &mut self.side)
     }
 
-    fn cross(
-        &self,
-        cell: [i32; 2],
-        [from, to]: [f64; 2],
-        side: &mut Option<Side>,
-    ) -> Option<GridHit> {
-        let surface = self.grid.surface(cell);
+    fn cross(&mut self, cell: [i32; 2], [from, to]: [f64; 2]) -> Option<GridHit> {
         let place =
             |axis: &Axis, cell: i32| axis.origin + from * axis.step - (f64::from(cell) - 0.5);
         let patch_ray = PatchRay {
@@ -209,9 +189,9 @@ impl<'a> GridWalk<'a> {
             length_m: to - from,
             exaggeration: self.ray.exaggeration,
         };
-        let crossing = match surface {
-            CellSurface::Whole(patch) => patch.crossing(&patch_ray, *side),
-            CellSurface::Partial(patch) => patch.crossing(&patch_ray, *side),
+        let crossing = match self.grid.surface(cell) {
+            CellSurface::Whole(patch) => patch.crossing(&patch_ray, self.side),
+            CellSurface::Partial(patch) => patch.crossing(&patch_ray, self.side),
             CellSurface::Nothing => PatchCrossing::Leaves(None),
         };
         match crossing {
@@ -220,9 +200,20 @@ impl<'a> GridWalk<'a> {
                 Some(GridHit { distance_m: from + s, cell, within })
             }
             PatchCrossing::Leaves(now) => {
-                *side = now;
+                self.side = now;
                 None
             }
         }
     }
+}
+
+/// The nearest of two cuts that lies ahead, or the end.
+pub(super) fn next_cut(cuts: [f64; 2], at: f64, to: f64) -> f64 {
+    let mut next = to;
+    for cut in cuts {
+        if cut > at && cut < next {
+            next = cut;
+        }
+    }
+    next
 }

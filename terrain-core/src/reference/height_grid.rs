@@ -104,9 +104,9 @@ impl HeightGrid {
 
     /// The cell of a place in the tile, and the place within it.
     pub fn cell_of(&self, place: DVec2) -> ([i32; 2], DVec2) {
-        let last = f64::from(self.cells() - 1);
-        let cell = (place + 0.5).floor().clamp(DVec2::ZERO, DVec2::splat(last));
-        ([cell.x as i32, cell.y as i32], place - (cell - 0.5))
+        // Places of the tile are not negative, so that cutting off rounds down.
+        let cell = [place.x, place.y].map(|p| ((p + 0.5) as i32).clamp(0, self.cells() - 1));
+        (cell, place - (DVec2::from(cell.map(f64::from)) - 0.5))
     }
 
     /// The surface of a cell of the tile.
@@ -115,11 +115,13 @@ impl HeightGrid {
         let north = &self.samples_m[nw..nw + 2];
         let south = &self.samples_m[nw + self.stored..nw + self.stored + 2];
         let corners = [north[0], north[1], south[0], south[1]].map(f64::from);
-        let missing = corners.iter().filter(|height| height.is_nan()).count();
-        match missing {
-            0 => CellSurface::Whole(BilinearPatch::new(corners)),
-            4 => CellSurface::Nothing,
-            _ => CellSurface::Partial(PartialPatch::new(corners, self.least_share)),
+        // NaN shows in the sum.
+        if !corners.iter().sum::<f64>().is_nan() {
+            return CellSurface::Whole(BilinearPatch::new(corners));
+        }
+        match corners.iter().all(|height| height.is_nan()) {
+            true => CellSurface::Nothing,
+            false => CellSurface::Partial(PartialPatch::new(corners, self.least_share)),
         }
     }
 

@@ -41,7 +41,7 @@ impl Imagery {
         }
         let scheme = manifest.scheme;
         let loading = Arc::clone(source);
-        let tiles = LazyTiles::new(source.colours_present().clone(), move |tile| {
+        let tiles = LazyTiles::new(scheme, source.colours_present().clone(), move |tile| {
             let loaded = loading.load_colours(tile)?;
             let grid = ColourGrid::new(&scheme, &layout, loaded.tile);
             let bytes = size_of_val(grid.texels.as_slice()) as u64;

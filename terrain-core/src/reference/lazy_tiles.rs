@@ -3,8 +3,10 @@
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use glam::DVec2;
+
 use crate::dataset::LoadError;
-use crate::tiling::{MAX_LEVEL, TileId, TileSet};
+use crate::tiling::{MAX_LEVEL, TileId, TileSet, TilingScheme};
 
 /// The content of a tile read, and the bytes it takes in memory.
 type LoadTile<T> = dyn Fn(TileId) -> Result<(T, u64), LoadError> + Send + Sync;
@@ -13,6 +15,7 @@ type LoadTile<T> = dyn Fn(TileId) -> Result<(T, u64), LoadError> + Send + Sync;
 /// once a tile is there; who touches one that is being read waits for it.
 pub(super) struct LazyTiles<T> {
     root: LazyTile<T>,
+    scheme: TilingScheme,
     present: TileSet,
     load: Box<LoadTile<T>>,
     loaded_bytes: AtomicU64,
@@ -22,15 +25,18 @@ pub(super) struct LazyTiles<T> {
 /// One tile of the quadtree. It may be absent itself: its ground is then an ancestor's.
 pub(super) struct LazyTile<T> {
     pub id: TileId,
+    /// Where its four quarters meet.
+    pub middle: DVec2,
     is_present: bool,
     content: OnceLock<Option<Box<T>>>,
     children: OnceLock<Option<Box<[LazyTile<T>; 4]>>>,
 }
 
 impl<T> LazyTile<T> {
-    fn new(id: TileId, present: &TileSet) -> Self {
+    fn new(id: TileId, scheme: &TilingScheme, present: &TileSet) -> Self {
         let is_present = present.contains(id);
-        Self { id, is_present, content: OnceLock::new(), children: OnceLock::new() }
+        let middle = scheme.tile_extent(id).centre();
+        Self { id, middle, is_present, content: OnceLock::new(), children: OnceLock::new() }
     }
 
     /// Whether the layer has this tile.
@@ -43,11 +49,13 @@ impl<T> LazyTiles<T> {
     /// The layer with these tiles. A tile is found through its ancestors, as in every dataset that
     /// is prepared: one without a parent is not seen.
     pub fn new(
+        scheme: TilingScheme,
         present: TileSet,
         load: impl Fn(TileId) -> Result<(T, u64), LoadError> + Send + Sync + 'static,
     ) -> Self {
         Self {
-            root: LazyTile::new(TileId::ROOT, &present),
+            root: LazyTile::new(TileId::ROOT, &scheme, &present),
+            scheme,
             present,
             load: Box::new(load),
             loaded_bytes: AtomicU64::new(0),
@@ -69,7 +77,8 @@ impl<T> LazyTiles<T> {
             }
             let children = tile.id.children();
             let has_any = children.iter().any(|&child| self.present.contains(child));
-            has_any.then(|| Box::new(children.map(|child| LazyTile::new(child, &self.present))))
+            let new = |child| LazyTile::new(child, &self.scheme, &self.present);
+            has_any.then(|| Box::new(children.map(new)))
         };
         tile.children.get_or_init(grow).as_deref()
     }

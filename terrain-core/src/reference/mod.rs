@@ -9,13 +9,13 @@
 //! above only, as the renderer draws it. Where regions of different depth meet, the step between
 //! them counts as ground.
 //!
-//! **The picture.** Sun, air, sky and tints are those of the renderer's frame (`frame_setup`), the
-//! slope that is lit is bilinear between the central differences of the samples, and the colour of a
+//! **The picture.** Sun, air and sky are those of the uniforms of the renderer's frame, the slope that
+//! is lit is bilinear between the central differences of the samples, and the colour of a
 //! pixel is the mean over its square of what rays through it see, taken until an error estimate is
 //! below the tolerance; see [`ReferenceSettings`].
 //!
-//! **Memory.** A height tile is decoded when a ray first comes near it: 4 bytes a sample and 3 for
-//! the bounds that let rays pass it quickly. Imagery takes 4 bytes a texel, and only the levels that
+//! **Memory.** A height tile is decoded when a ray first comes near it: 4 bytes a sample and about
+//! 2.5 for the bounds that let rays pass it quickly. Imagery takes 4 bytes a texel, and only the levels that
 //! the picture needs are read. [`ReferenceScene::loaded_bytes`] tells the sum.
 
 mod camera_rays;

@@ -21,35 +21,50 @@ pub(super) struct Tolerance {
 /// The places are the first 2^k points of Sobol's sequence (I. M. Sobol', "On the distribution of
 /// points in a cube and the approximate evaluation of integrals", 1967) moved by half their least
 /// distance, so that every cut of the square into 2^k equal boxes has one in each and their mean is
-/// the centre. Rays are doubled until two estimates of the error are both below the
-/// tolerance: the difference from the mean of half as many, and the spread of the colours divided by
-/// the 3/4th power of their number, as the error of such points falls where an edge runs through.
+/// the centre. The error of such points falls with the 3/4th power of their number where an edge runs
+/// through. So it is estimated twice: by the spread of the colours, and by the difference from the
+/// mean of fewer rays, each divided by that power of its numbers. While one of the two is above the
+/// tolerance, as many rays are taken as the spread asks for, at least twice as many as before.
 pub(super) fn mean_colour(
     tolerance: Tolerance,
     mut colour: impl FnMut([f64; 2], f64) -> Vec3,
 ) -> Vec3 {
     let mut rays = tolerance.fewest_rays;
-    let mut last: Option<Vec3> = None;
+    let mut before: Option<(Vec3, u32)> = None;
     loop {
-        let side = 1.0 / f64::from(rays).sqrt();
-        let (mut sum, mut squares) = (Vec3::ZERO, Vec3::ZERO);
-        for index in 0..rays {
-            let seen = colour(place(index, rays), side);
-            sum += seen;
-            squares += seen * seen;
-        }
-        let count = rays as f32;
-        let mean = sum / count;
-        let variance = (squares / count - mean * mean).max(Vec3::ZERO);
-        let spread = Vec3::new(variance.x.sqrt(), variance.y.sqrt(), variance.z.sqrt());
-        let by_spread = spread * count.powf(-0.75);
-        let error = last.map_or(by_spread, |last| by_spread.max((mean - last).abs()));
-        if rays * 2 > tolerance.most_rays || steps_of(error, mean) <= tolerance.steps {
+        let (mean, spread) = mean_and_spread(rays, &mut colour);
+        let by_spread = spread * (rays as f32).powf(-0.75);
+        let error = before.map_or(by_spread, |(coarse, fewer)| {
+            by_spread.max((mean - coarse).abs() * (fewer as f32 / rays as f32).powf(0.75))
+        });
+        let excess = steps_of(error, mean) / tolerance.steps;
+        if excess <= 1.0 || rays * 2 > tolerance.most_rays {
             return mean;
         }
-        last = Some(mean);
-        rays *= 2;
+        before = Some((mean, rays));
+        let wanted =
+            f64::from(rays) * (steps_of(by_spread, mean) / tolerance.steps).powf(4.0 / 3.0);
+        while rays * 2 <= tolerance.most_rays {
+            rays *= 2;
+            if f64::from(rays) >= wanted {
+                break;
+            }
+        }
     }
+}
+
+/// The mean of so many rays, and the standard deviation of their colours.
+fn mean_and_spread(rays: u32, colour: &mut impl FnMut([f64; 2], f64) -> Vec3) -> (Vec3, Vec3) {
+    let side = 1.0 / f64::from(rays).sqrt();
+    let (mut sum, mut squares) = (Vec3::ZERO, Vec3::ZERO);
+    for index in 0..rays {
+        let seen = colour(place(index, rays), side);
+        sum += seen;
+        squares += seen * seen;
+    }
+    let mean = sum / rays as f32;
+    let variance = (squares / rays as f32 - mean * mean).max(Vec3::ZERO);
+    (mean, variance.map(f32::sqrt))
 }
 
 /// Point `index` of `count` (a power of two): see [`mean_colour`].

@@ -10,27 +10,26 @@ const NO_DATA: BlockRange = [f32::INFINITY, f32::NEG_INFINITY];
 
 /// Ranges of the blocks of a square of cells.
 pub(super) struct RangePyramid {
-    /// `levels[k - 1]` holds the blocks of 2^k cells a side, row by row.
-    levels: Vec<Vec<BlockRange>>,
-    /// Blocks a side of each of these.
-    sides: Vec<usize>,
+    /// All levels, finest first, each row by row.
+    blocks: Vec<BlockRange>,
+    /// Of each level from 1 on: where it begins, and its blocks a side.
+    levels: Vec<(usize, usize)>,
 }
 
 impl RangePyramid {
     /// Of a square of `cells` cells a side, at least 2, given the range of each by row and column.
     pub fn new(cells: usize, cell_range: impl Fn(usize, usize) -> BlockRange) -> Self {
-        let mut sides = vec![cells.div_ceil(2)];
-        let mut levels = vec![halved(cells, cell_range)];
-        loop {
-            let (Some(finer), Some(&side)) = (levels.last(), sides.last()) else { break };
-            if side <= 1 {
-                break;
-            }
-            let coarser = halved(side, |row, column| finer[row * side + column]);
-            levels.push(coarser);
-            sides.push(side.div_ceil(2));
+        let mut side = cells.div_ceil(2);
+        let mut blocks = halved(cells, cell_range);
+        let mut levels = vec![(0, side)];
+        while side > 1 {
+            let first = blocks.len() - side * side;
+            let coarser = halved(side, |row, column| blocks[first + row * side + column]);
+            side = side.div_ceil(2);
+            levels.push((blocks.len(), side));
+            blocks.extend(coarser);
         }
-        Self { levels, sides }
+        Self { blocks, levels }
     }
 
     /// The level whose one block holds all cells.
@@ -41,13 +40,13 @@ impl RangePyramid {
     /// The range of the block of 2^`level` cells a side that holds the cell; `level` from 1 to the
     /// top.
     pub fn range(&self, level: u32, [column, row]: [i32; 2]) -> BlockRange {
-        let index = level as usize - 1;
-        self.levels[index][(row >> level) as usize * self.sides[index] + (column >> level) as usize]
+        let (first, side) = self.levels[level as usize - 1];
+        self.blocks[first + (row >> level) as usize * side + (column >> level) as usize]
     }
 
     /// Bytes it takes.
     pub fn byte_len(&self) -> u64 {
-        self.levels.iter().map(|level| size_of_val(level.as_slice()) as u64).sum()
+        size_of_val(self.blocks.as_slice()) as u64
     }
 }
 

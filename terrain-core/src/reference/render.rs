@@ -23,7 +23,8 @@ pub struct ReferenceSettings {
     /// How much the sun's light on slopes shows: 0 not at all, 1 fully.
     pub shading_strength: f32,
     /// The estimated error of a pixel's colour, in 8-bit steps of its sRGB codes, at which no more
-    /// rays are taken.
+    /// rays are taken. An estimate: of the pixels 99 % come within four times the default of 1 (the
+    /// demo's mountains against 1024 rays a pixel, a test in `tests/tests/reference.rs`).
     pub colour_tolerance: f64,
     /// Most rays of a pixel, whatever its error: at least 4, taken down to a power of two.
     pub most_rays: u32,

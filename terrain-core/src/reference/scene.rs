@@ -68,7 +68,7 @@ impl ReferenceScene {
         let range_m = [layer.range.min_m, layer.range.max_m].map(f64::from);
         let imagery = Imagery::open(&source);
         let (scheme, layout) = (tree.scheme, tree.heights.layout);
-        let heights = LazyTiles::new(tree.heights.present.clone(), move |tile| {
+        let heights = LazyTiles::new(scheme, tree.heights.present.clone(), move |tile| {
             let loaded = source.load_heights(tile)?;
             let grid = HeightGrid::new(&scheme, &layout, &loaded.tile, least_share);
             let bytes = grid.byte_len();
@@ -150,11 +150,7 @@ impl ReferenceScene {
             self.range_m[1] * exaggeration + 2.0 * slack_m,
         ];
         let [from, to] = part_within(origin, direction, &self.tree.data_extent, heights_m)?;
-        let ground = Ground {
-            scheme: &self.tree.scheme,
-            tiles: &self.heights,
-            ranges: &self.tree.height_ranges,
-        };
+        let ground = Ground { tiles: &self.heights, ranges: &self.tree.height_ranges };
         let (grid, hit) = TileWalk::new(ground, ray, search).first_hit(from, to)?;
         Some(SurfaceHit {
             point: origin + hit.distance_m * direction,

@@ -12,8 +12,8 @@ const HALVINGS: u32 = 10;
 /// through its two ends one sees sky and the other ground, or if they see ground at distances that
 /// differ by more than a pixel's width there, and halving the side again and again, each time
 /// keeping the half with the larger difference, leaves such a difference between two rays 1/1024 of
-/// a pixel apart. Steep or grazing ground passes this only if it rises a thousand times as steeply as
-/// the ray looks.
+/// a pixel apart. Ground without an edge shows such a difference only where it is seen at so small an
+/// angle that a pixel spans a thousand times its width.
 pub(super) struct SilhouetteTest<'a> {
     pub scene: &'a ReferenceScene,
     pub rays: &'a CameraRays,

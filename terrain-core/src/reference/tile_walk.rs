@@ -2,17 +2,16 @@
 
 use glam::{DVec2, DVec3};
 
-use super::grid_walk::{GridHit, GridWalk, Ray, Search};
+use super::grid_walk::{GridHit, GridWalk, Ray, Search, next_cut};
 use super::height_grid::HeightGrid;
 use super::lazy_tiles::{LazyTile, LazyTiles};
 use super::patch::Side;
 use crate::dataset::HeightRanges;
-use crate::tiling::{Extent, TilingScheme};
+use crate::tiling::Extent;
 
 /// What a walk needs to know of the dataset.
 #[derive(Clone, Copy)]
 pub(super) struct Ground<'a> {
-    pub scheme: &'a TilingScheme,
     pub tiles: &'a LazyTiles<HeightGrid>,
     pub ranges: &'a HeightRanges,
 }
@@ -56,14 +55,14 @@ impl<'a> TileWalk<'a> {
         let Some(children) = self.ground.tiles.children(tile) else {
             return self.visit_leaf(shown, [from, to]);
         };
-        let middle = self.ground.scheme.tile_origin(children[3].id);
+        let middle = tile.middle;
         let cut = (middle - self.ray.origin.truncate()) * self.inverse;
         let mut at = from;
         loop {
-            // On the border a point belongs to the east and the south.
-            let east = is_beyond(self.ray.direction.x, at >= cut.x, self.ray.origin.x >= middle.x);
-            let north = is_beyond(self.ray.direction.y, at >= cut.y, self.ray.origin.y > middle.y);
-            let next = [cut.x, cut.y].into_iter().filter(|&cut| cut > at).fold(to, f64::min);
+            // The ray comes to the north as it comes to the east: both are counted upwards.
+            let east = (at >= cut.x) == (self.inverse.x > 0.0);
+            let north = (at >= cut.y) == (self.inverse.y > 0.0);
+            let next = next_cut(cut.to_array(), at, to);
             let child = &children[usize::from(!north) * 2 + usize::from(east)];
             let shown = if child.is_present() { Some(child) } else { shown };
             if let Some(hit) = self.visit(child, shown, [at, next]) {
@@ -85,8 +84,10 @@ impl<'a> TileWalk<'a> {
             self.side = None;
             return None;
         };
-        let walk = GridWalk::new(grid, &self.ray, self.search);
-        walk.first_hit(from, to, &mut self.side).map(|hit| (grid, hit))
+        let mut walk = GridWalk::new(grid, &self.ray, self.search, self.side);
+        let hit = walk.first_hit(from, to).map(|hit| (grid, hit));
+        self.side = walk.side();
+        hit
     }
 
     /// Whether the ray misses all the tile's ground; then `side` says how. The tile is not read.
@@ -96,24 +97,7 @@ impl<'a> TileWalk<'a> {
             return true;
         };
         let range_m = [f64::from(range.min_m), f64::from(range.max_m)];
-        match self.ray.side_of(range_m, from, to) {
-            Some(Side::Below) if self.side == Some(Side::Above) => false,
-            Some(found) => {
-                self.side = Some(found);
-                true
-            }
-            None => false,
-        }
-    }
-}
-
-/// Whether the ray is east or north of a line: by whether it has crossed it, or by where it starts
-/// if it goes along it.
-fn is_beyond(direction: f64, has_crossed: bool, starts_beyond: bool) -> bool {
-    match direction {
-        d if d > 0.0 => has_crossed,
-        d if d < 0.0 => !has_crossed,
-        _ => starts_beyond,
+        self.ray.passes(range_m, [from, to], &mut self.side)
     }
 }
 

@@ -33,28 +33,31 @@ impl SelectionStrategy for CpuFrustum {
 /// most terrain engines do.
 ///
 /// From level 0 on, the tile with the largest error is split until every tile's error is at most
-/// [`SelectionConfig::texel_px`] or the next split would go beyond [`SelectionConfig::max_tiles`].
-/// - A tile's error is what it is for [`subdivide()`](super::subdivide()): the size in pixels of its
-///   texel at the distance of its nearest point. The settings of both strategies mean the same.
-/// - Splitting a tile adds those of its children that exist and whose boxes (extent within the
-///   data's, exaggerated height range) meet the view frustum, exactly rather than by its planes.
-/// - Split tiles stay: a tile's ancestors are always selected with it. Coarsest first as the tiles are
-///   loaded, the picture refines step by step, and wherever tiles are late, or ground comes into view at the
-///   picture's border, a tile little coarser stands in.
-/// - Of few tiles the nearest get the most: a limit on the number acts as a larger bound on the
-///   error, the same for all tiles. Of equal errors the coarsest tile goes first, then by row and column.
+/// [`SelectionConfig::texel_px`] or the next split would go beyond [`SelectionConfig::max_tiles`]
+/// (never beyond 65,536 tiles).
+/// - A tile's error is the one [`subdivide()`](super::subdivide()) goes by: the size in pixels of its
+///   texel at its nearest point. The settings of both strategies mean the same.
+/// - Splitting a tile adds those of its children that exist and whose boxes (their extent within the
+///   data's, and their exaggerated height range) meet the view frustum.
+/// - Split tiles stay: with a tile all its ancestors are selected. As the coarsest are loaded first,
+///   the picture refines step by step, and where a tile is late, or ground comes into view at the
+///   border of the picture, one little coarser stands in.
+/// - A limit on the number of tiles acts as a larger bound on the error, the same for all: the nearest
+///   get the most. Of equal errors the coarsest tile is split first, then by row and column.
 ///
-/// Sources. Chunks of a quadtree with a bound on the error: T. Ulrich, "Rendering Massive Terrains
-/// using Chunked Level of Detail Control", 2002. A budget held by a queue that splits the largest
-/// error first: M. Duchaineau et al., "ROAMing Terrain: Real-time Optimally Adapting Meshes", 1997.
-/// Boxes with height ranges, coarse tiles kept for when finer ones are late: P. Cozzi and K. Ring, "3D Engine Design for
-/// Virtual Globes", 2011, as in CesiumJS and cesium-native.
+/// Sources. A quadtree of chunks refined to a bound on the error: T. Ulrich, "Rendering Massive
+/// Terrains using Chunked Level of Detail Control", 2002. A budget held by a queue that splits the
+/// largest error first: M. Duchaineau et al., "ROAMing Terrain: Real-time Optimally Adapting Meshes",
+/// 1997. Boxes by height ranges: F. Strugar, "Continuous Distance-Dependent Level of Detail for
+/// Rendering Heightmaps", 2009. Ancestors kept and the coarsest loaded first: P. Cozzi and K. Ring,
+/// "3D Engine Design for Virtual Globes", 2011.
 ///
-/// Departures: the mesh is the renderer's, so a tile stands for its texels only and its error is
-/// theirs; what stands in for a late tile is decided when the tables are made, so splitting does not
-/// wait for loading. No guard band: the ancestors serve as one. No hysteresis: the cache keeps what was wanted
-/// last while there is room. No horizon: the ground of a projected CRS is a plane, whose horizon no
-/// ground lies beyond, and what mountains hide is selected, for a frustum does not know of it.
+/// Departures. The mesh is the renderer's, so a tile stands for its texels and its error is theirs.
+/// Splitting does not wait for children to be loaded: what stands in for a late tile is decided when
+/// the tables are made. Boxes are tested against the frustum itself, not each of its planes. There is
+/// no guard band, since the ancestors serve as one; no hysteresis, since the cache keeps what was
+/// wanted last; and no horizon, since the ground of a projected CRS is not curved. What mountains hide
+/// is selected like what they do not: a frustum does not know of it.
 pub fn select_by_frustum(
     tree: &TileTree,
     view: &CameraView,

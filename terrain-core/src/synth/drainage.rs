@@ -185,7 +185,8 @@ mod tests {
         fill_hollows(&mut grid);
         let drainage = Drainage::of(&grid, 3);
         let mut visits = vec![0.0; SIDE * SIDE];
-        for mut cell in 0..SIDE * SIDE {
+        for start in 0..SIDE * SIDE {
+            let mut cell = start;
             visits[cell] += 1.0;
             while drainage.receivers[cell] as usize != cell {
                 cell = drainage.receivers[cell] as usize;

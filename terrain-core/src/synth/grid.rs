@@ -62,18 +62,18 @@ impl HeightGrid {
         let at = (position - corner).as_vec2();
         let (along_x, along_y) = (spline_weights(at.x), spline_weights(at.y));
         let last = self.side as i64 - 1;
+        let index = |corner: f64, offset: i64| (corner as i64 + offset).clamp(0, last) as usize;
         let (mut height_m, mut gradient) = (0.0, Vec2::ZERO);
-        for row in 0..4 {
-            let y = (corner.y as i64 + row as i64 - 1).clamp(0, last) as usize;
+        for (row, (weight_y, steepness_y)) in (-1..).zip(along_y) {
+            let y = index(corner.y, row);
             let (mut value, mut slope) = (0.0, 0.0);
-            for column in 0..4 {
-                let x = (corner.x as i64 + column as i64 - 1).clamp(0, last) as usize;
-                let height_m = self.heights_m[y * self.side + x];
-                value += along_x[column].0 * height_m;
-                slope += along_x[column].1 * height_m;
+            for (column, (weight_x, steepness_x)) in (-1..).zip(along_x) {
+                let height_m = self.heights_m[y * self.side + index(corner.x, column)];
+                value += weight_x * height_m;
+                slope += steepness_x * height_m;
             }
-            height_m += along_y[row].0 * value;
-            gradient += vec2(along_y[row].0 * slope, along_y[row].1 * value);
+            height_m += weight_y * value;
+            gradient += vec2(weight_y * slope, steepness_y * value);
         }
         (height_m, gradient / self.cell_m() as f32)
     }

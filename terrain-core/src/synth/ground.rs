@@ -2,17 +2,18 @@ use glam::{DVec2, Vec2, vec2};
 
 use super::channels::{ChannelEffect, Channels, floor_weight};
 use super::erosion::{ErodedGround, LEVELS, erode};
+use super::grid::HeightGrid;
 use super::gullies::Gullies;
 use super::noise::{derived_seed, fractal_noise, gradient_noise, mixed, smooth_step};
 
 /// The whole ground of a seed, known at every point.
 ///
 /// Points are metres east (x) and south (y) of its north-west corner; the ground is a square of
-/// [`GROUND_SIZE_M`](super::GROUND_SIZE_M). Heights follow an eroded grid, the beds of its streams and
-/// gullies too fine for the grid.
+/// [`GROUND_SIZE_M`](super::grid::GROUND_SIZE_M). Heights follow an eroded grid, the beds of its
+/// streams and gullies too fine for the grid.
 #[derive(Debug)]
 pub struct Ground {
-    eroded: ErodedGround,
+    grid: HeightGrid,
     channels: Channels,
     seed: u32,
 }
@@ -44,21 +45,16 @@ impl Ground {
     }
 
     /// The ground on an eroded grid.
-    pub(super) fn on(eroded: ErodedGround, seed: u32) -> Self {
+    pub fn on(eroded: ErodedGround, seed: u32) -> Self {
         let channels = Channels::of(&eroded, derived_seed(seed, 20));
-        Self { eroded, channels, seed }
-    }
-
-    /// The eroded grid that everything follows, and its drainage.
-    pub fn eroded(&self) -> &ErodedGround {
-        &self.eroded
+        Self { grid: eroded.grid, channels, seed }
     }
 
     /// The ground at a point.
     pub fn at(&self, point_m: DVec2) -> GroundPoint {
         let bend_m = self.bend_m(point_m);
         let place_m = point_m + bend_m.as_dvec2();
-        let (base_m, gradient) = self.eroded.grid.smooth_height(place_m);
+        let (base_m, gradient) = self.grid.smooth_height(place_m);
         let streams = self.channels.effect(place_m, base_m);
         let away = 1.0 - floor_weight(streams.floor);
         let gullies = Gullies::on_slope(place_m, gradient, away, derived_seed(self.seed, 21));

@@ -22,10 +22,10 @@ impl Gullies {
     /// Gullies and ribs that run down a slope with this gradient of the height (metres a metre, along
     /// x and y), scaled by `strength`, 0 for none.
     ///
-    /// Erosion by point evaluation, as in C. John, "Eroded Terrain Noise", 2018, and
-    /// R. Skovbo Johansen, "Phacelle Noise", 2025: stripes of noise along the direction of descent,
-    /// octave by octave, each following the gradient with all coarser ones in it, so that gullies
-    /// branch.
+    /// Erosion by point evaluation, as in R. Skovbo Johansen, "Fast and Gorgeous Erosion Filter",
+    /// 2026, after C. John, "Eroded Terrain Noise", 2018: stripes of noise along the direction of
+    /// descent, octave by octave, each following the gradient with all coarser ones in it, so that
+    /// gullies branch.
     pub fn on_slope(place_m: DVec2, gradient: Vec2, strength: f32, seed: u32) -> Self {
         let mut gullies = Self::default();
         if strength <= 0.0 {

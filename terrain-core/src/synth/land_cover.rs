@@ -25,8 +25,8 @@ const fn srgb(red: u8, green: u8, blue: u8) -> Vec3 {
     vec3(red as f32, green as f32, blue as f32)
 }
 
-const BROADLEAF: Vec3 = srgb(62, 80, 44);
-const CONIFERS: Vec3 = srgb(40, 57, 39);
+const BROADLEAF: Vec3 = srgb(66, 84, 48);
+const CONIFERS: Vec3 = srgb(48, 64, 45);
 const SHRUBS: Vec3 = srgb(118, 112, 76);
 const MEADOW: Vec3 = srgb(112, 114, 70);
 const ALPINE_TURF: Vec3 = srgb(126, 117, 84);
@@ -59,7 +59,10 @@ impl LandCover {
         let texture = self.texture(point_m);
         let site = Site::of(at, texture);
         let mut colour = self.woods(&site, texture);
-        colour = colour.lerp(self.fields(point_m, texture), site.farmed());
+        let farmed = site.farmed();
+        if farmed > 0.0 {
+            colour = colour.lerp(self.fields(point_m, texture), farmed);
+        }
         colour = colour.lerp(turf(&site, texture), site.above_trees());
         let stones = ROCK.lerp(SCREE, smooth_step(0.35, -0.35, site.rib + 0.6 * texture));
         colour = colour.lerp(stones * (1.0 + 0.26 * texture), site.bare());
@@ -69,19 +72,19 @@ impl LandCover {
         colour = self.with_water(colour, at.ground.to_water_m, &site, texture);
         let grain =
             unit(hash((point_m.x / 10.0) as i32, (point_m.y / 10.0) as i32, self.seed)) - 0.5;
-        let grained = colour * (1.0 + 0.07 * grain) + 0.5;
+        let grained = colour * (1.0 + 0.12 * grain) + 0.5;
         grained.clamp(Vec3::ZERO, Vec3::splat(255.0)).to_array().map(|part| part as u8)
     }
 
     /// Irregularity of tens of metres, about -1 to 1.
     fn texture(&self, point_m: DVec2) -> f32 {
-        fractal_noise(point_m / 64.0, 2, derived_seed(self.seed, 1))
+        fractal_noise(point_m / 42.0, 2, derived_seed(self.seed, 1))
     }
 
     fn woods(&self, site: &Site, texture: f32) -> Vec3 {
         let conifers = smooth_step(2_100.0, 2_900.0, site.belt_m);
         let trees = BROADLEAF.lerp(CONIFERS, conifers);
-        let trees = trees * (1.0 + 0.16 * texture + 0.10 * site.patch - 0.10 * site.northness);
+        let trees = trees * (1.0 + 0.26 * texture + 0.12 * site.patch - 0.10 * site.northness);
         let open = smooth_step(0.34, 0.74, site.dryness + 0.22 * texture + 0.25 * site.patch);
         let grass = SHRUBS.lerp(MEADOW, smooth_step(1_900.0, 3_000.0, site.belt_m));
         trees.lerp(grass * (1.0 + 0.10 * texture), open)
@@ -170,7 +173,7 @@ impl Site {
     /// Rock and scree: where it is steep, and ever more with height.
     fn bare(&self) -> f32 {
         let high = smooth_step(3_900.0, 4_800.0, self.belt_m + 300.0 * self.rib);
-        let steepness_needed = 1.2 - 0.85 * high;
+        let steepness_needed = 1.4 - 1.05 * high;
         let steep = smooth_step(steepness_needed - 0.15, steepness_needed + 0.2, self.slope);
         steep.max(smooth_step(0.75, 1.0, high))
     }

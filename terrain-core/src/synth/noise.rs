@@ -33,8 +33,10 @@ pub fn unit_pair(bits: u32) -> Vec2 {
 
 /// The lattice cell that holds a point, and the place in it, 0 up to 1.
 pub fn cell_of(point: DVec2) -> (i32, i32, Vec2) {
-    let corner = point.floor();
-    (corner.x as i32, corner.y as i32, (point - corner).as_vec2())
+    // Not `floor`, which plain x86-64 has to call a function for.
+    let below = |value: f64| value as i32 - i32::from(value < f64::from(value as i32));
+    let (x, y) = (below(point.x), below(point.y));
+    (x, y, (point - DVec2::new(f64::from(x), f64::from(y))).as_vec2())
 }
 
 /// Gradient noise with a period of a lattice cell: about -1 to 1, smooth, 0 on the lattice.
@@ -77,14 +79,14 @@ pub fn smooth_step(low: f32, high: f32, value: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Cosine and sine of an angle in turns, to 0.001.
+/// Cosine and sine of an angle of less than a thousand turns, to 0.001.
 ///
 /// Of sums and products alone, which every machine rounds in the same way; those of the system's
 /// library differ in their last bits.
 pub fn cos_sin_turns(turns: f32) -> Vec2 {
     let wave = |turns: f32| {
         // A parabola each half turn, and its square to correct it.
-        let t = turns - turns.round();
+        let t = turns - ((turns + 1_000.5) as i32 - 1_000) as f32;
         let parabola = 8.0 * t * (1.0 - 2.0 * t.abs());
         parabola * (0.775 + 0.225 * parabola.abs())
     };
@@ -116,6 +118,15 @@ mod tests {
             sum += value;
         }
         assert!((sum / 40_000.0).abs() < 0.02, "{sum}");
+    }
+
+    #[test]
+    fn cells_begin_at_their_north_west_corner() {
+        for value in [-2.0, -1.25, -1.0, -1e-9, 0.0, 0.75, 1.0, 1.5, 1e6 + 0.5] {
+            let (x, y, at) = cell_of(DVec2::new(value, -value));
+            assert_eq!([x, y], [value.floor() as i32, (-value).floor() as i32]);
+            assert!((f64::from(at.x) - (value - value.floor())).abs() < 1e-7);
+        }
     }
 
     #[test]

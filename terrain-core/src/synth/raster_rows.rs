@@ -39,11 +39,10 @@ impl<'a> RasterRows<'a> {
         self.first_row = first_row;
         let known = self.rows.len() / self.width();
         let missing = first_row + known as isize..(row + count + RIM) as isize;
-        let places = missing.start * self.width() as isize..missing.end * self.width() as isize;
+        let width = self.width() as isize;
+        let places = missing.start * width..missing.end * width;
         let points = places.into_par_iter().map(|place| {
-            let (row, column) =
-                (place.div_euclid(self.width() as isize), place.rem_euclid(self.width() as isize));
-            self.ground_at(row, column - RIM as isize)
+            self.ground_at(place.div_euclid(width), place.rem_euclid(width) - RIM as isize)
         });
         let points: Vec<GroundPoint> = points.collect();
         self.rows.extend(points);
@@ -72,11 +71,13 @@ impl<'a> RasterRows<'a> {
     }
 
     /// A stored height by itself.
+    #[cfg(test)]
     pub fn height_at(&self, row: usize, column: usize) -> i16 {
         stored_height(&self.ground_at(row as isize, column as isize))
     }
 
     /// A colour by itself.
+    #[cfg(test)]
     pub fn colour_at(&self, row: usize, column: usize) -> [u8; 3] {
         self.colour_from(row, column, |row, column| self.ground_at(row, column))
     }
@@ -193,7 +194,7 @@ mod tests {
         for preset in Preset::ALL {
             let last = preset.heights_side as isize + RIM as isize;
             for corner in [preset.height_centre_m(-2, -2), preset.height_centre_m(last, last)] {
-                let inside = 10_000.0..super::super::GROUND_SIZE_M - 10_000.0;
+                let inside = 10_000.0..super::super::grid::GROUND_SIZE_M - 10_000.0;
                 assert!(inside.contains(&corner.x) && inside.contains(&corner.y), "{corner}");
             }
         }

@@ -1,12 +1,14 @@
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, ErrorKind, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use tempfile::NamedTempFile;
-use tiff::encoder::TiffEncoder;
+use tiff::TiffResult;
 use tiff::encoder::colortype::{GrayI16, RGB8};
+use tiff::encoder::{ImageEncoder, TiffEncoder, TiffKindStandard};
 
 use super::geotiff_strips::{GeoTiffHeader, STRIP_ROWS};
 use super::ground::Ground;
@@ -88,7 +90,7 @@ pub fn synthesise(
         !cancel.load(Ordering::Relaxed)
     });
     let ground = ground.ok_or(SynthError::Cancelled)?;
-    let height_range_m = write_rows(request, &ground, [&heights, &colours], progress, cancel)?;
+    let height_range_m = write_rasters(&ground, request, [&heights, &colours], progress, cancel)?;
     finish(heights, &heights_path)?;
     if let Err(error) = finish(colours, &colours_path) {
         // One without the other is half-made.
@@ -100,14 +102,68 @@ pub fn synthesise(
     Ok(SynthSummary { heights_path, colours_path, height_range_m, elapsed })
 }
 
-fn write_rows(
-    request: &SynthRequest,
+/// Writes both rasters into open files; returns the range of heights in metres.
+fn write_rasters(
     ground: &Ground,
+    request: &SynthRequest,
     [heights_file, colours_file]: [&NamedTempFile; 2],
     progress: &dyn Progress,
     cancel: &AtomicBool,
 ) -> Result<[i16; 2], SynthError> {
     let failed = |error: tiff::TiffError| output_error(&request.out, error);
+    let [heights_header, colours_header] = headers(request);
+    let mut heights_out = BufWriter::new(heights_file.as_file());
+    let mut colours_out = BufWriter::new(colours_file.as_file());
+    let mut heights_encoder = TiffEncoder::new(&mut heights_out).map_err(failed)?;
+    let mut colours_encoder = TiffEncoder::new(&mut colours_out).map_err(failed)?;
+    let mut heights = heights_header.start(&mut heights_encoder).map_err(failed)?;
+    let mut colours = colours_header.start(&mut colours_encoder).map_err(failed)?;
+
+    let preset = request.preset;
+    let mut rows = RasterRows::new(ground, preset, request.seed);
+    let mut range_m = [i16::MAX, i16::MIN];
+    for row in (0..preset.heights_side).step_by(BAND_ROWS) {
+        if cancel.load(Ordering::Relaxed) {
+            return Err(SynthError::Cancelled);
+        }
+        let count = BAND_ROWS.min(preset.heights_side - row);
+        rows.advance(row, count);
+        let band_m = write_band(&rows, row..row + count, &mut heights, &mut colours);
+        let [low_m, high_m] = band_m.map_err(failed)?;
+        range_m = [range_m[0].min(low_m), range_m[1].max(high_m)];
+        progress.advanced("drawing", (row + count) as u64, preset.heights_side as u64);
+    }
+    heights.finish().map_err(failed)?;
+    colours.finish().map_err(failed)?;
+    for out in [&mut heights_out, &mut colours_out] {
+        out.flush().map_err(|error| output_error(&request.out, error))?;
+    }
+    Ok(range_m)
+}
+
+type Sheet<'w, 'f, C> = ImageEncoder<'w, &'w mut BufWriter<&'f File>, C, TiffKindStandard>;
+
+/// Writes the strips of a band of rows of heights; returns their range in metres.
+fn write_band(
+    rows: &RasterRows<'_>,
+    band: Range<usize>,
+    heights: &mut Sheet<'_, '_, GrayI16>,
+    colours: &mut Sheet<'_, '_, RGB8>,
+) -> TiffResult<[i16; 2]> {
+    let mut range_m = [i16::MAX, i16::MIN];
+    for (first, count) in strips(band.start, band.len()) {
+        let strip = rows.heights(first, count);
+        range_m = strip.iter().fold(range_m, |[low, high], &h| [low.min(h), high.max(h)]);
+        heights.write_strip(&strip)?;
+    }
+    for (first, count) in strips(COLOURS_PER_HEIGHT * band.start, COLOURS_PER_HEIGHT * band.len()) {
+        colours.write_strip(&rows.colours(first, count))?;
+    }
+    Ok(range_m)
+}
+
+/// Headers of the heights and the picture.
+fn headers(request: &SynthRequest) -> [GeoTiffHeader; 2] {
     let preset = request.preset;
     let header = |what: &str, cell_m: f64, side: usize| GeoTiffHeader {
         side,
@@ -119,39 +175,10 @@ fn write_rows(
             preset.name, request.seed
         ),
     };
-    let mut heights_out = BufWriter::new(heights_file.as_file());
-    let mut colours_out = BufWriter::new(colours_file.as_file());
-    let mut heights_encoder = TiffEncoder::new(&mut heights_out).map_err(failed)?;
-    let mut colours_encoder = TiffEncoder::new(&mut colours_out).map_err(failed)?;
-    let mut heights = header("heights in metres", HEIGHT_CELL_M, preset.heights_side)
-        .start::<GrayI16, _>(&mut heights_encoder)
-        .map_err(failed)?;
-    let mut colours = header("picture", COLOUR_CELL_M, preset.colours_side())
-        .start::<RGB8, _>(&mut colours_encoder)
-        .map_err(failed)?;
-    let mut rows = RasterRows::new(ground, preset, request.seed);
-    let mut range_m = [i16::MAX, i16::MIN];
-    for row in (0..preset.heights_side).step_by(BAND_ROWS) {
-        if cancel.load(Ordering::Relaxed) {
-            return Err(SynthError::Cancelled);
-        }
-        let count = BAND_ROWS.min(preset.heights_side - row);
-        rows.advance(row, count);
-        for (first, count) in strips(row, count) {
-            let strip = rows.heights(first, count);
-            range_m = strip.iter().fold(range_m, |[low, high], &h| [low.min(h), high.max(h)]);
-            heights.write_strip(&strip).map_err(failed)?;
-        }
-        for (first, count) in strips(row * COLOURS_PER_HEIGHT, count * COLOURS_PER_HEIGHT) {
-            colours.write_strip(&rows.colours(first, count)).map_err(failed)?;
-        }
-        progress.advanced("drawing", (row + count) as u64, preset.heights_side as u64);
-    }
-    heights.finish().map_err(failed)?;
-    colours.finish().map_err(failed)?;
-    flush(heights_out, &request.out)?;
-    flush(colours_out, &request.out)?;
-    Ok(range_m)
+    [
+        header("heights in metres", HEIGHT_CELL_M, preset.heights_side),
+        header("picture", COLOUR_CELL_M, preset.colours_side()),
+    ]
 }
 
 /// First row and number of rows of every strip of a band.
@@ -160,20 +187,13 @@ fn strips(row: usize, count: usize) -> impl Iterator<Item = (usize, usize)> {
     (row..end).step_by(STRIP_ROWS).map(move |first| (first, STRIP_ROWS.min(end - first)))
 }
 
-fn flush(mut out: BufWriter<&File>, folder: &Path) -> Result<(), SynthError> {
-    out.flush().map_err(|error| output_error(folder, error))
-}
-
 fn finish(file: NamedTempFile, path: &Path) -> Result<(), SynthError> {
     share(file.path()).map_err(|error| output_error(path, error))?;
-    match file.persist_noclobber(path) {
-        Ok(_) => Ok(()),
-        Err(error) if path.exists() => {
-            drop(error);
-            Err(SynthError::Occupied { path: path.to_owned() })
-        }
-        Err(error) => Err(output_error(path, error.error)),
-    }
+    file.persist_noclobber(path).map_err(|error| match error.error.kind() {
+        ErrorKind::AlreadyExists => SynthError::Occupied { path: path.to_owned() },
+        _ => output_error(path, error.error),
+    })?;
+    Ok(())
 }
 
 fn output_error(path: &Path, error: impl std::fmt::Display) -> SynthError {

@@ -8,8 +8,8 @@ use crate::gpu::limit_surface_pass::{CastPixel, LimitUniforms};
 use crate::gpu::mesh_buffers::MeshBuffers;
 use crate::gpu::precision_probe::{Answer, Operands, Outcome, Results, Trial};
 use crate::gpu::shader_library::{
-    ALL, DERIVE_HEIGHTS, DISPLACE, LIMIT_SURFACE, PRECISION_ENCODINGS, PRECISION_FLOATS, PRECISION_SPAN, Shader,
-    TERRAIN, WITH_OTHER_FLOATS,
+    ALL, DERIVE_HEIGHTS, DISPLACE, LIMIT_SURFACE, PRECISION_ENCODINGS, PRECISION_FLOATS,
+    PRECISION_SPAN, Shader, TERRAIN, WITH_OTHER_FLOATS,
 };
 use crate::gpu::{FrameUniforms, TableRange, TileEntry, TilePlace};
 use crate::precision::encodings::{Decoded, EncodedPoint};

@@ -8,6 +8,7 @@ mod layouts;
 mod mesh;
 mod random_field;
 mod sampling;
+mod sorted_triangles;
 
 use crate::gpu::{AdapterChoice, GpuContext};
 

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Encoding, EncodingErrors};
+use super::{Encoding, EncodingErrors, GroundCell, PlaceCell, PositionCell};
 
 /// The bounds that the renderer's own encoding is held to, anywhere on Earth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -56,34 +56,17 @@ pub fn verdicts(errors: &EncodingErrors, contract: &Contract) -> Vec<Verdict> {
 }
 
 fn verdict(encoding: Encoding, errors: &EncodingErrors, contract: &Contract) -> Verdict {
-    let rows = || errors.positions.iter().filter(|row| row.encoding == encoding);
-    let (mut near_m, mut far_pixels) = (Worst::default(), Worst::default());
-    for row in rows() {
-        let cell = &row.cell;
-        let at = || {
-            format!(
-                "coordinates {:e} m, eye {:e} m high, {} degrees above the ground, field of view {}, level {}",
-                cell.magnitude_m, cell.height_m, cell.grazing_deg, cell.fov_deg, cell.level
-            )
-        };
-        if cell.distance_m <= contract.near_m {
-            near_m.keep(row.worst_m, at);
-        } else {
-            far_pixels.keep(row.worst_pixels, at);
-        }
-    }
-    let mut texels = Worst::default();
+    let [near_m, far_pixels] = worst_positions(encoding, errors, contract);
+    let (mut texels, mut ground_m) = (Worst::default(), Worst::default());
     for row in errors.places.iter().filter(|row| row.encoding == encoding) {
         texels.keep(row.worst_texels, || {
-            let cell = &row.cell;
-            let (level, magnitude_m, fov_deg) = (cell.level, cell.magnitude_m, cell.fov_deg);
+            let PlaceCell { level, magnitude_m, fov_deg } = row.cell;
             format!("level {level}, coordinates {magnitude_m:e} m, field of view {fov_deg}")
         });
     }
-    let mut ground_m = Worst::default();
     for row in errors.grounds.iter().filter(|row| row.encoding == encoding) {
         ground_m.keep(row.height_m, || {
-            let (level, magnitude_m) = (row.cell.level, row.cell.magnitude_m);
+            let GroundCell { level, magnitude_m, .. } = row.cell;
             format!("level {level}, coordinates {magnitude_m:e} m")
         });
     }
@@ -94,6 +77,26 @@ fn verdict(encoding: Encoding, errors: &EncodingErrors, contract: &Contract) -> 
         ground_m.value < contract.near_tolerance_m,
     ];
     Verdict { encoding, near_m, far_pixels, texels, ground_m, holds }
+}
+
+/// The worst near position in metres and the worst far one in pixels.
+fn worst_positions(encoding: Encoding, errors: &EncodingErrors, contract: &Contract) -> [Worst; 2] {
+    let [mut near_m, mut far_pixels] = [Worst::default(), Worst::default()];
+    for row in errors.positions.iter().filter(|row| row.encoding == encoding) {
+        let at = || {
+            let PositionCell { magnitude_m, height_m, grazing_deg, fov_deg, level, .. } = row.cell;
+            format!(
+                "coordinates {magnitude_m:e} m, eye {height_m:e} m high, {grazing_deg} degrees above \
+                 the ground, field of view {fov_deg}, level {level}"
+            )
+        };
+        if row.cell.distance_m <= contract.near_m {
+            near_m.keep(row.worst_m, at);
+        } else {
+            far_pixels.keep(row.worst_pixels, at);
+        }
+    }
+    [near_m, far_pixels]
 }
 
 impl Verdict {

@@ -1,7 +1,7 @@
 //! Ways to give a GPU that computes in f32 a place on Earth, under one interface.
 //!
 //! Each way encodes a point, the eye and the tile under the point in f64 arithmetic on the CPU
-//! ([`EncodingScene::encode`]) and decodes them in f32 ([`EncodingScene::decode`], and the same
+//! ([`EncodingScene::encode`]) and decodes them in f32 ([`EncodedPoint::decode`], and the same
 //! operations in `precision_encodings.wgsl`) to where the point lies from the eye and in its tile.
 
 mod contract;

@@ -18,9 +18,13 @@ pub struct NativeError {
 /// share the error of the ray's length, and one of the division.
 const ROUNDINGS: f64 = 3.0;
 
+/// Half a step of a float of `p` bits as a part of its value is `2^-p / m` for a mantissa `m` of 1 to 2:
+/// the mean over mantissas spread evenly by their logarithm, `1 / (2 ln 2)`.
+const MEAN_ROUNDING: f64 = 0.5 * std::f64::consts::LOG2_E;
+
 /// Error to expect of a format with `significant_bits`, in texels as wide as the footprint is long.
 pub fn predicted_native_error(view: &SpanView, significant_bits: u32) -> f64 {
-    let relative = ROUNDINGS * (-f64::from(significant_bits)).exp2();
+    let relative = ROUNDINGS * MEAN_ROUNDING * (-f64::from(significant_bits)).exp2();
     relative * view.range / view.footprint_along()
 }
 
@@ -33,6 +37,6 @@ pub fn worst_native_error(view: &SpanView, quotients: &[[f64; 2]]) -> NativeErro
     let worst = relative.fold(0.0, f64::max);
     NativeError {
         texels: worst * view.range / view.footprint_along(),
-        effective_bits: -(worst / ROUNDINGS).log2(),
+        effective_bits: -(worst / (ROUNDINGS * MEAN_ROUNDING)).log2(),
     }
 }

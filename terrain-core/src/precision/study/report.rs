@@ -1,5 +1,7 @@
 use super::tables::verdict_table;
-use super::{DepthRow, FloatFindings, NativeSummary, SpanSummary, Study, Summary, plots};
+use super::{
+    DepthRow, FloatFindings, NamedPlot, NativeSummary, SpanSummary, Study, Summary, plots,
+};
 use crate::measure::report::{HtmlReport, PlotError};
 use crate::precision::encodings::Verdict;
 
@@ -11,32 +13,51 @@ const PLOT_PX: [u32; 2] = [720, 420];
 /// # Errors
 /// [`PlotError`] where a plot cannot be drawn.
 pub fn report_page(study: &Study, machine: &str) -> Result<String, PlotError> {
-    let mut page = HtmlReport::new("Precision of places, texture coordinates and depth");
-    page.paragraph(machine);
-    page.paragraph(&adapter_line(study));
-    let summary = study.summary();
-    let drawn = plots(study);
-    let figures = |page: &mut HtmlReport, names: &[&str]| -> Result<(), PlotError> {
-        for plot in drawn.iter().filter(|plot| names.iter().any(|n| plot.name.starts_with(n))) {
-            page.figure(&plot.plot.to_svg(PLOT_PX)?, &plot.caption);
+    let title = "Precision of places, texture coordinates and depth";
+    let mut page =
+        Page { html: HtmlReport::new(title), study, summary: study.summary(), plots: plots(study) };
+    page.html.paragraph(machine).paragraph(&adapter_line(study));
+    page.write_spans()?;
+    page.write_floats()?;
+    page.write_encodings()?;
+    page.write_depth()?;
+    Ok(page.html.to_html())
+}
+
+/// The page while it is written, a section a function.
+struct Page<'a> {
+    html: HtmlReport,
+    study: &'a Study,
+    summary: Summary,
+    plots: Vec<NamedPlot>,
+}
+
+impl Page<'_> {
+    /// Every plot whose name begins so.
+    fn figures(&mut self, prefix: &str) -> Result<(), PlotError> {
+        for plot in self.plots.iter().filter(|plot| plot.name.starts_with(prefix)) {
+            self.html.figure(&plot.plot.to_svg(PLOT_PX)?, &plot.caption);
         }
         Ok(())
-    };
-    page.heading("Bits of a span's dot products");
-    let header = ["half a pixel", "ranges", "N.V", "texture", "components", "two directions"];
-    page.table(&header, &span_table(&summary));
-    page.paragraph(
-        "Bits. N.V and texture: the farthest that derived and tried bits lie apart anywhere between \
-         straight below and the horizon, on the CPU and on the device. Components: the most that \
-         rounding the vectors' components, instead of the dot product, needs beyond the derived bits. \
-         Two directions: how far the literal reading of the paper lies from the derived bits of N.V.",
-    );
-    figures(&mut page, &["span-bits"])?;
-    page.heading("The device's own floats");
-    if let Some(floats) = &study.floats {
-        page.table(&["operation", "tried", "not as IEEE 754 has it"], &float_table(floats));
     }
-    if !summary.natives.is_empty() {
+
+    fn write_spans(&mut self) -> Result<(), PlotError> {
+        let header = ["half a pixel", "ranges", "N.V", "texture", "components", "two directions"];
+        self.html
+            .heading("Bits of a span's dot products")
+            .table(&header, &span_table(&self.summary))
+            .paragraph(
+                "Bits. N.V and texture: the farthest that derived and tried bits lie apart anywhere \
+                 between straight below and the horizon, on the CPU and on the device. Components: the \
+                 most that rounding the vectors' components, instead of the dot product, needs beyond \
+                 the derived bits. Two directions: how far the literal reading of the paper lies from \
+                 the derived bits of N.V.",
+            );
+        self.figures("span-bits")
+    }
+
+    fn write_floats(&mut self) -> Result<(), PlotError> {
+        let Some(floats) = &self.study.floats else { return Ok(()) };
         let header = [
             "bits of the format",
             "half a pixel",
@@ -45,39 +66,52 @@ pub fn report_page(study: &Study, machine: &str) -> Result<String, PlotError> {
             "exact",
             "overflows from",
         ];
-        page.table(&header, &native_table(&summary));
-        page.paragraph("The last three columns are ranges: ground distance over height.");
+        self.html
+            .heading("The device's own floats")
+            .table(&["operation", "tried", "not as IEEE 754 has it"], &float_table(floats))
+            .table(&header, &native_table(&self.summary))
+            .paragraph("The last three columns are ranges: ground distance over height.");
+        self.figures("native")
     }
-    figures(&mut page, &["native"])?;
-    page.heading("Encodings of places");
-    let header = [
-        "encoding",
-        "position within 1 km",
-        "position beyond",
-        "texture coordinate",
-        "height within 1 km",
-        "contract",
-    ];
-    page.paragraph("On the CPU, in the same f32 operations as the shaders:");
-    page.table(&header, &verdict_table(&study.encodings.cpu_verdicts));
-    if let Some(verdicts) = &study.encodings.gpu_verdicts {
-        page.paragraph("On the device:");
-        page.table(&header, &verdict_table(verdicts));
-        page.table(&["encoding", "numbers", "apart", "steps of an f32"], &twin_table(study));
-        page.paragraph(&format!(
-            "Points for which the lookup's fixed-point position differed between CPU and device: {}.",
-            study.encodings.positions_apart
-        ));
+
+    fn write_encodings(&mut self) -> Result<(), PlotError> {
+        let header = [
+            "encoding",
+            "position within 1 km",
+            "position beyond",
+            "texture coordinate",
+            "height within 1 km",
+            "contract",
+        ];
+        let encodings = &self.study.encodings;
+        self.html
+            .heading("Encodings of places")
+            .paragraph("On the CPU, in the same f32 operations as the shaders:")
+            .table(&header, &verdict_table(&encodings.cpu_verdicts));
+        if let Some(verdicts) = &encodings.gpu_verdicts {
+            let apart = format!(
+                "Points for which the lookup's fixed-point position differed between CPU and device: {}.",
+                encodings.positions_apart
+            );
+            self.html
+                .paragraph("On the device:")
+                .table(&header, &verdict_table(verdicts))
+                .table(
+                    &["encoding", "numbers", "apart", "steps of an f32"],
+                    &twin_table(self.study),
+                )
+                .paragraph(&apart);
+        }
+        let verdicts = encodings.gpu_verdicts.as_ref().unwrap_or(&encodings.cpu_verdicts);
+        self.html.paragraph("Where each was worst:").table(&header[..5], &places(verdicts));
+        self.figures("encodings")
     }
-    page.paragraph("Where each was worst:");
-    let verdicts = study.encodings.gpu_verdicts.as_ref().unwrap_or(&study.encodings.cpu_verdicts);
-    page.table(&header[..5], &places(verdicts));
-    figures(&mut page, &["encodings"])?;
-    page.heading("Depth");
-    let header = ["depth", "distance, m", "step, m", "gap on the CPU, m", "gap drawn, m"];
-    page.table(&header, &depth_table(&summary));
-    figures(&mut page, &["depth"])?;
-    Ok(page.to_html())
+
+    fn write_depth(&mut self) -> Result<(), PlotError> {
+        let header = ["depth", "distance, m", "step, m", "gap on the CPU, m", "gap drawn, m"];
+        self.html.heading("Depth").table(&header, &depth_table(&self.summary));
+        self.figures("depth")
+    }
 }
 
 fn adapter_line(study: &Study) -> String {

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
-use tiff::tags::Tag;
+use tiff::tags::{SampleFormat, Tag};
 use tiff::{ColorType, TiffError};
 
 use super::chunk_cache::ChunkCache;
@@ -68,7 +68,7 @@ impl GeoTiffSource {
             grid: tags.grid(path)?,
             size: [width, height],
             epsg: tags.epsg(),
-            content: content_of(colour),
+            content: content_of(&mut decoder, colour),
             height_step_m: height_step_m(&mut decoder),
             notes: notes_of(path, &tags),
         };
@@ -333,20 +333,25 @@ fn check_layout(
     }
 }
 
-fn content_of(colour: ColorType) -> RasterContent {
+fn content_of(decoder: &mut FileDecoder, colour: ColorType) -> RasterContent {
     match colour {
         ColorType::RGB(_) | ColorType::RGBA(_) | ColorType::YCbCr(_) => RasterContent::Picture,
-        _ => RasterContent::SingleBand,
+        _ if sample_format(decoder) == SampleFormat::Uint && colour.bit_depth() <= 16 => {
+            RasterContent::SingleBand
+        }
+        _ => RasterContent::Measurements,
     }
 }
 
 fn height_step_m(decoder: &mut FileDecoder) -> f64 {
-    const FLOAT: u16 = 3;
-    let format = decoder.find_tag_unsigned_vec::<u16>(Tag::SampleFormat).ok().flatten();
-    match format.and_then(|format| format.first().copied()) {
-        Some(FLOAT) => 0.0,
-        _ => 1.0,
-    }
+    if sample_format(decoder) == SampleFormat::IEEEFP { 0.0 } else { 1.0 }
+}
+
+/// Of the first band; whole numbers without a sign where nothing is said.
+fn sample_format(decoder: &mut FileDecoder) -> SampleFormat {
+    let formats = decoder.find_tag_unsigned_vec::<u16>(Tag::SampleFormat).ok().flatten();
+    let first = formats.and_then(|formats| formats.first().copied());
+    first.and_then(SampleFormat::from_u16).unwrap_or(SampleFormat::Uint)
 }
 
 fn geo_tags(decoder: &mut FileDecoder) -> GeoTags {

@@ -41,7 +41,7 @@ impl HgtSource {
             grid: Some(RasterGrid { origin, cell: dvec2(cell_deg, cell_deg) }),
             size: [side, side],
             epsg: Some(CoordinateSystem::WGS84),
-            content: RasterContent::SingleBand,
+            content: RasterContent::Measurements,
             height_step_m: 1.0,
             notes: Vec::new(),
         };

@@ -38,6 +38,8 @@ pub struct RasterInfo {
 /// What the cells of a raster mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RasterContent {
+    /// One band of numbers with a sign or a fraction: heights, never a picture.
+    Measurements,
     /// One band that can be read as heights, or as a grey picture.
     SingleBand,
     /// Red, green, blue and perhaps coverage, 8 bits each.

@@ -1,3 +1,4 @@
+use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -22,9 +23,12 @@ impl PictureSource {
         let decoder = reader(path)?
             .into_decoder()
             .map_err(|error| SourceError::damaged(path, error.to_string()))?;
+        check_end(path)?;
         let (width, height) = decoder.dimensions();
         let content = match decoder.color_type() {
-            ColorType::L8 | ColorType::L16 => RasterContent::SingleBand,
+            ColorType::L8 | ColorType::L16 | ColorType::La8 | ColorType::La16 => {
+                RasterContent::SingleBand
+            }
             _ => RasterContent::Picture,
         };
         if width == 0 || height == 0 {
@@ -62,6 +66,28 @@ fn reader(path: &Path) -> Result<ImageReader<std::io::BufReader<std::fs::File>>,
     Ok(reader)
 }
 
+/// Decoders fill what is missing of a JPEG with grey; a whole one has an end marker.
+fn check_end(path: &Path) -> Result<(), SourceError> {
+    const START: [u8; 2] = [0xff, 0xd8];
+    const END: [u8; 2] = [0xff, 0xd9];
+    /// Some programs write a little after the end.
+    const TAIL_BYTES: u64 = 4096;
+    let read = || -> std::io::Result<([u8; 2], Vec<u8>)> {
+        let mut file = std::fs::File::open(path)?;
+        let (mut start, mut tail) = ([0; 2], Vec::new());
+        file.read_exact(&mut start)?;
+        let length = file.metadata()?.len();
+        file.seek(SeekFrom::Start(length.saturating_sub(TAIL_BYTES)))?;
+        file.read_to_end(&mut tail)?;
+        Ok((start, tail))
+    };
+    let (start, tail) = read().map_err(|error| SourceError::io(path, &error))?;
+    if start == START && !tail.windows(2).any(|pair| pair == END) {
+        return Err(SourceError::damaged(path, "the JPEG ends before its end marker".to_owned()));
+    }
+    Ok(())
+}
+
 fn decode(path: &Path) -> Result<DynamicImage, SourceError> {
     reader(path)?.decode().map_err(|error| SourceError::damaged(path, error.to_string()))
 }
@@ -84,6 +110,15 @@ impl RasterSource for PictureSource {
             DynamicImage::ImageLuma16(image) => {
                 Ok(positions.map(|(x, y)| f32::from(image.get_pixel(x, y).0[0])).collect())
             }
+            // Grey with a clear value, as GDAL writes "no data".
+            DynamicImage::ImageLumaA8(image) => {
+                let height = |[value, coverage]: [u8; 2]| held(f32::from(value), coverage > 0);
+                Ok(positions.map(|(x, y)| height(image.get_pixel(x, y).0)).collect())
+            }
+            DynamicImage::ImageLumaA16(image) => {
+                let height = |[value, coverage]: [u16; 2]| held(f32::from(value), coverage > 0);
+                Ok(positions.map(|(x, y)| height(image.get_pixel(x, y).0)).collect())
+            }
             _ => Err(SourceError::unsupported(
                 &self.path,
                 "heights need one band; this picture has several",
@@ -102,6 +137,10 @@ impl RasterSource for PictureSource {
             other => positions.map(|(x, y)| other.get_pixel(x, y).0).collect(),
         })
     }
+}
+
+fn held(height_m: f32, is_held: bool) -> f32 {
+    if is_held { height_m } else { f32::NAN }
 }
 
 fn positions(window: Window) -> impl Iterator<Item = (u32, u32)> {

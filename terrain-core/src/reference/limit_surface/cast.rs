@@ -96,10 +96,10 @@ impl<'a> Walk<'a> {
                 self.level -= 1;
                 continue;
             }
-            if self.level == 0 {
-                if let Some(hit) = self.meet_cell(to_m) {
-                    return Some(hit);
-                }
+            if self.level == 0
+                && let Some(hit) = self.meet_cell(to_m)
+            {
+                return Some(hit);
             }
             if to_m >= self.end_m || !self.advance(to_m, axis) {
                 return None;
@@ -248,7 +248,7 @@ mod tests {
         let height = |index: usize| {
             let (row, column) = (index / (columns as usize + 1), index % (columns as usize + 1));
             let wave = (0.7 * row as f32).sin() * (0.4 * column as f32).cos();
-            let is_void = void_every > 0 && (index * 7919) % void_every == 0;
+            let is_void = void_every > 0 && (index * 7919).is_multiple_of(void_every);
             if is_void { f32::NAN } else { 40.0 + 6.0 * wave + ((index * 37) % 11) as f32 * 0.2 }
         };
         LimitRelief::new(grid, (0..grid.node_count()).map(height).collect()).unwrap()

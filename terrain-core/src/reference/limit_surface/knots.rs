@@ -58,8 +58,8 @@ impl KnotSearch {
         let mut reached = vec![f32::INFINITY; self.count];
         let mut before = vec![0; self.count];
         for j in 1..self.count {
-            for i in 0..j {
-                let error = last[i].max(self.segments[i * self.count + j]);
+            for (i, reached_before) in last.iter().enumerate().take(j) {
+                let error = reached_before.max(self.segments[i * self.count + j]);
                 if error < reached[j] {
                     (reached[j], before[j]) = (error, i as u8);
                 }

@@ -21,6 +21,7 @@
 
 mod build;
 mod cast;
+mod comparison;
 mod dataset_ground;
 mod distances;
 mod error;
@@ -38,11 +39,13 @@ mod ray_pattern;
 mod relief;
 mod srgb;
 mod study;
+mod study_report;
 mod surface;
 mod triangle_colours;
 
 pub use build::{ColourBuild, KnotRule};
 pub use cast::LimitHit;
+pub use comparison::{ComparedPicture, GroundComparison, compare_on_ground};
 pub use dataset_ground::{node_heights_m, texture_window};
 pub use distances::DistanceSet;
 pub use error::LimitSurfaceError;
@@ -64,5 +67,8 @@ pub use prepare::{
 pub use ray_pattern::RayPattern;
 pub use relief::LimitRelief;
 pub use study::{FilterError, FilteredPixel, StudyCase, StudyPlace, StudySettings, run_study_case};
+pub use study_report::{
+    StudyRun, ground_table_csv, study_page, study_plot, study_profile_csv, study_table_csv,
+};
 pub use surface::{LimitMemory, LimitSurface};
 pub use triangle_colours::{ColourRead, Knot, TriangleColours};

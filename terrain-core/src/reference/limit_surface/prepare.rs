@@ -9,8 +9,8 @@ use super::build::limit_for;
 use super::dataset_ground::{node_heights_m, texture_window};
 use super::file::{LimitFileHeader, LimitFileWriter};
 use super::{
-    ColourBuild, ConvergedQuadrature, DistanceSet, HeightPyramid, KnotBudget, KnotRule, LimitGrid, LimitMemory,
-    LimitRelief, LimitSurfaceError, MipTexture,
+    ColourBuild, ConvergedQuadrature, DistanceSet, HeightPyramid, KnotBudget, KnotRule, LimitGrid,
+    LimitMemory, LimitRelief, LimitSurfaceError, MipTexture,
 };
 use crate::dataset::TileSource;
 use crate::prepare::Progress;

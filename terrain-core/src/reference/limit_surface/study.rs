@@ -184,7 +184,7 @@ fn error_between(
     pixels: &[FilteredPixel],
     two: impl Fn(&FilteredPixel) -> [f64; 2],
 ) -> FilterError {
-    let plain = |value: f64| value < 0.002 || value > 0.998;
+    let plain = |value: f64| !(0.002..=0.998).contains(&value);
     let touched = pixels.iter().filter(|p| {
         let values = [p.ideal, p.limit, p.trilinear, p.anisotropic_16, p.anisotropic_64];
         !values.into_iter().all(plain)

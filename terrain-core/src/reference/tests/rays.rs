@@ -253,7 +253,7 @@ fn steps_between_regions_of_different_depth_are_closed() {
             let origin = case.world(place).extend(70.0);
             // Where the ray is below all ground it must have met it, if it is still over the data.
             let end = origin + direction * 40.0;
-            if !(case.scene.height_m(end.truncate()).is_some()) {
+            if case.scene.height_m(end.truncate()).is_none() {
                 continue;
             }
             let hit = case.scene.first_hit(origin, direction, 1.0);

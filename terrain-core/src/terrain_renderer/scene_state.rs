@@ -1,0 +1,102 @@
+//! What a frame depends on, and so whether one is needed.
+
+use super::TerrainRenderer;
+use crate::CameraView;
+use crate::renderer_settings::RendererSettings;
+use crate::selection::{SelectionStrategy, VisibleRegion};
+
+/// The latest region that came back.
+pub(super) struct RegionState {
+    /// `None`: the view was empty.
+    pub region: Option<VisibleRegion>,
+    pub frame: u64,
+    pub view: CameraView,
+    /// How many images of this very view have come back.
+    pub images: u32,
+}
+
+impl RegionState {
+    /// Images of a view that are taken as they are.
+    ///
+    /// Heights that arrive change the ground in view, and a changed region may choose other tiles.
+    /// Commonly that ends after two or three images. Where the cache is so small that each choice
+    /// evicts what the one before had brought, it need not end at all; so from here on the region of
+    /// a view only grows, which ends for certain.
+    const IMAGES_AS_THEY_ARE: u32 = 6;
+
+    /// The state after this region has come back.
+    pub fn after(earlier: Option<&Self>, found: Self) -> Self {
+        let Some(earlier) = earlier.filter(|earlier| earlier.view == found.view) else {
+            return found;
+        };
+        let images = earlier.images.saturating_add(1);
+        let region = if images > Self::IMAGES_AS_THEY_ARE {
+            VisibleRegion::union(earlier.region, found.region)
+        } else {
+            found.region
+        };
+        Self { region, images, ..found }
+    }
+}
+
+/// What a coordinate image depends on. Not the choice among resident tiles: it follows from the image,
+/// so that a still camera comes to rest.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct CoordinateState {
+    pub view: CameraView,
+    pub uploads: u64,
+    pub settings: RendererSettings,
+}
+
+/// What a picture depends on: equal states give equal pictures.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct SceneState {
+    pub view: CameraView,
+    pub data_version: u64,
+    pub settings: RendererSettings,
+}
+
+impl TerrainRenderer {
+    pub(super) fn scene(&self, view: &CameraView) -> SceneState {
+        SceneState { view: *view, data_version: self.terrain.version, settings: self.settings }
+    }
+
+    pub(super) fn coordinate_state(&self, scene: &SceneState) -> CoordinateState {
+        let SceneState { view, settings, .. } = *scene;
+        CoordinateState { view, uploads: self.terrain.uploads, settings }
+    }
+
+    /// Whether tiles or a coordinate image are still to come for this view.
+    pub(super) fn is_pending(&self, view: &CameraView) -> bool {
+        self.terrain.missing() > 0
+            || self.feedback.is_waiting()
+            || self.wants_coordinates(&self.scene(view))
+            || self.wants_selection(view)
+    }
+
+    /// Whether the scene's coordinates have not been asked for yet.
+    pub(super) fn wants_coordinates(&self, scene: &SceneState) -> bool {
+        !self.settings.freeze_selection
+            && self.strategy().needs_region()
+            && self.coordinates != Some(self.coordinate_state(scene))
+    }
+
+    pub(super) fn wants_selection(&self, view: &CameraView) -> bool {
+        let region_frame = self.region_in_use().map(|state| state.frame);
+        !self.settings.freeze_selection && self.selected != Some((*view, region_frame))
+    }
+
+    pub(super) fn strategy(&self) -> &'static dyn SelectionStrategy {
+        self.settings.strategy.implementation()
+    }
+
+    /// The latest region, if the strategy goes by it.
+    pub(super) fn region_in_use(&self) -> Option<&RegionState> {
+        self.region.as_ref().filter(|_| self.strategy().needs_region())
+    }
+
+    /// Distance in metres from the eye to the ground below it.
+    pub(super) fn clearance_m(&self, scene: &SceneState) -> f64 {
+        self.terrain.clearance_m(scene.view.eye, scene.settings.vertical_exaggeration)
+    }
+}

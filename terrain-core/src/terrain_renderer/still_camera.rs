@@ -1,0 +1,112 @@
+//! What takes several frames of a still camera: waiting until nothing is missing, and the coordinates
+//! of every pixel.
+
+use std::time::Duration;
+
+use glam::{DVec3, dvec3};
+
+use super::scene_state::SceneState;
+use super::{RenderError, TerrainRenderer};
+use crate::CameraView;
+use crate::gpu::{CoordinatePass, read_texture};
+use crate::measure::FrameRecord;
+
+impl TerrainRenderer {
+    /// Where on the ground each pixel of the view looks, after drawing until nothing is missing; see
+    /// [`Self::drawn_coordinates`].
+    ///
+    /// # Errors
+    /// [`RenderError::Gpu`] where the device has failed.
+    pub fn ground_coordinates(&mut self, view: &CameraView) -> Result<Vec<[f64; 3]>, RenderError> {
+        self.settle(view)?;
+        self.drawn_coordinates(view)
+    }
+
+    /// Where on the ground each pixel of the view looks with the tiles there are: x, y in the
+    /// dataset's CRS and the height drawn (exaggeration included), row by row from the top left, NaN
+    /// where there is sky. From the same mesh and tiles as a picture. No frame: see
+    /// [`Self::redraw`].
+    ///
+    /// # Errors
+    /// [`RenderError::Gpu`] where the device has failed.
+    pub fn drawn_coordinates(&mut self, view: &CameraView) -> Result<Vec<[f64; 3]>, RenderError> {
+        let format = CoordinatePass::FULL_FORMAT;
+        let pass = CoordinatePass::new(&self.gpu.device, &self.bindings, format, view.viewport_px);
+        self.beside_frames(view, |renderer, encoder, _| {
+            if let Some(mesh) = renderer.meshes.picture() {
+                pass.record(encoder, &renderer.bindings, mesh.parts(), mesh.visible());
+            }
+        });
+        let bytes = read_texture(&self.gpu, &pass.target, view.viewport_px, 16)?;
+        let world = |[x, y, z, ground]: [f32; 4]| {
+            let offset = dvec3(f64::from(x), f64::from(y), f64::from(z));
+            let point = if ground == 0.0 { DVec3::NAN } else { view.eye + offset };
+            point.to_array()
+        };
+        Ok(bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(&bytes).into_iter().map(world).collect())
+    }
+
+    /// Draws the view into `target` with the tiles there are, for comparing pictures. No frame: nothing
+    /// is selected, loaded or counted, and the next frame finds everything as the last one left it.
+    /// Before the first frame it builds meshes that the first frame would build.
+    ///
+    /// # Errors
+    /// [`RenderError::Gpu`] where the device has failed.
+    pub fn redraw(
+        &mut self,
+        view: &CameraView,
+        target: &wgpu::TextureView,
+        format: wgpu::TextureFormat,
+    ) -> Result<(), RenderError> {
+        self.gpu.check()?;
+        self.beside_frames(view, |renderer, encoder, scene| {
+            renderer.draw(encoder, scene, target, format, false);
+        });
+        Ok(())
+    }
+
+    /// Records and submits work on the view as it would be drawn now, then brings everything back to
+    /// what the last frame drew.
+    fn beside_frames(
+        &mut self,
+        view: &CameraView,
+        work: impl FnOnce(&mut Self, &mut wgpu::CommandEncoder, &SceneState),
+    ) {
+        let ledger = std::mem::take(&mut self.ledger);
+        let drawn = self.drawn;
+        let scene = self.scene(view);
+        let mut encoder = self.encoder();
+        self.set_up(&scene);
+        self.displace(&mut encoder, &scene, false, false);
+        work(self, &mut encoder, &scene);
+        self.gpu.queue.submit([encoder.finish()]);
+        if let Some(scene) = drawn {
+            let mut encoder = self.encoder();
+            self.set_up(&scene);
+            self.displace(&mut encoder, &scene, false, false);
+            self.gpu.queue.submit([encoder.finish()]);
+        }
+        self.drawn = drawn;
+        self.ledger = ledger;
+    }
+
+    /// Draws frames without a picture until nothing is missing.
+    pub(super) fn settle(&mut self, view: &CameraView) -> Result<FrameRecord, RenderError> {
+        // Each round brings at least one tile or image, unless a disk takes its time.
+        const MOST_FRAMES: u32 = 2_000;
+        const PATIENCE: Duration = Duration::from_secs(1);
+        let mut sum = self.frame(view, None)?;
+        for _ in 0..MOST_FRAMES {
+            if !self.is_pending(view) {
+                break;
+            }
+            // Waiting for all that is under way makes the same rounds of them every time, however fast
+            // disk and GPU are.
+            self.gpu.wait()?;
+            self.terrain.wait(PATIENCE);
+            let record = self.frame(view, None)?;
+            sum.add_work_of(&record);
+        }
+        Ok(sum)
+    }
+}
