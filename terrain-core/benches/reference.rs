@@ -1,5 +1,6 @@
 //! What the reference costs on one core: rays against the surface, and whole pictures, over the
-//! demo's Himalaya seen from low above, from high above, and towards the horizon.
+//! demo's Himalaya seen from low above, from high above, and towards the horizon. Times are what the
+//! processor spent on it, whatever else the machine was doing.
 
 #![allow(clippy::unwrap_used, reason = "a measurement that fails may stop")]
 
@@ -7,6 +8,7 @@ use std::hint::black_box;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec2, DVec3, dvec3};
@@ -27,6 +29,24 @@ fn scene(folder: &Path) -> ReferenceScene {
     request.epsg = Some(EPSG);
     prepare(&request, &NoProgress, &AtomicBool::new(false)).unwrap();
     ReferenceScene::open(Arc::new(Dataset::open(&request.out).unwrap())).unwrap()
+}
+
+/// The time that a processor has spent on this thread; on systems that do not tell, the time since
+/// `started`.
+fn thread_time(started: Instant) -> Duration {
+    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let nanoseconds = told.and_then(|text| text.split(' ').next()?.parse().ok());
+    nanoseconds.map_or_else(|| started.elapsed(), Duration::from_nanos)
+}
+
+/// Time a thread takes for so many rounds of some work.
+fn rounds<T>(count: u64, mut work: impl FnMut() -> T) -> Duration {
+    let started = Instant::now();
+    let before = thread_time(started);
+    for _ in 0..count {
+        black_box(work());
+    }
+    thread_time(started).saturating_sub(before)
 }
 
 /// Views by name.
@@ -65,24 +85,19 @@ fn rays(criterion: &mut Criterion, scene: &ReferenceScene) {
         let directions = directions(&view);
         group.throughput(Throughput::Elements(directions.len() as u64));
         group.bench_function(name, |bencher| {
-            bencher.iter(|| {
-                let hit = |direction: &&DVec3| {
-                    scene.first_hit(view.eye, **direction, EXAGGERATION).is_some()
-                };
-                black_box(directions.iter().filter(hit).count())
-            });
+            let hit =
+                |direction: &&DVec3| scene.first_hit(view.eye, **direction, EXAGGERATION).is_some();
+            bencher.iter_custom(|count| rounds(count, || directions.iter().filter(hit).count()));
         });
     }
     let (_, low) = views()[0];
     let few: Vec<DVec3> = directions(&low).into_iter().step_by(64).collect();
     group.throughput(Throughput::Elements(few.len() as u64));
     group.bench_function("low, without bounds", |bencher| {
-        bencher.iter(|| {
-            let hit = |direction: &&DVec3| {
-                scene.first_hit_exhaustive(low.eye, **direction, EXAGGERATION).is_some()
-            };
-            black_box(few.iter().filter(hit).count())
-        });
+        let hit = |direction: &&DVec3| {
+            scene.first_hit_exhaustive(low.eye, **direction, EXAGGERATION).is_some()
+        };
+        bencher.iter_custom(|count| rounds(count, || few.iter().filter(hit).count()));
     });
     group.finish();
     criterion.bench_function("height at a point", |bencher| {
@@ -100,12 +115,11 @@ fn pictures(criterion: &mut Criterion, scene: &ReferenceScene) {
         let [width, height] = view.viewport_px.map(u64::from);
         group.throughput(Throughput::Elements(width * height));
         group.bench_function(name, |bencher| {
-            bencher.iter(|| {
+            let take = || {
                 let going_on = AtomicBool::new(false);
-                let take =
-                    || render_reference(scene, &view, &settings, &NoProgress, &going_on).unwrap();
-                one_core.install(take)
-            });
+                render_reference(scene, &view, &settings, &NoProgress, &going_on).unwrap()
+            };
+            bencher.iter_custom(|count| one_core.install(|| rounds(count, take)));
         });
     }
     group.finish();

@@ -131,6 +131,9 @@ impl TerrainRenderer {
         } else if settings != self.settings {
             self.settings = settings;
             self.selected = None;
+            if let Some(region) = &mut self.region {
+                region.images = 0;
+            }
         }
         Ok(())
     }
@@ -275,7 +278,8 @@ impl TerrainRenderer {
         if let Some((image, count)) = self.feedback.take_newest(self.frame) {
             self.ledger.add(ByteCause::Readback, count * self.feedback.image_bytes());
             let region = visible_region(&image);
-            self.region = Some(RegionState { region, frame: image.frame, view: image.view });
+            let found = RegionState { region, frame: image.frame, view: image.view, images: 1 };
+            self.region = Some(RegionState::after(self.region.as_ref(), found));
         }
     }
 

@@ -37,6 +37,22 @@ fn a_picture_and_its_coordinates_agree_on_where_the_sky_is() {
     assert!((-500.0..9_000.0).contains(&ground[2]), "{ground:?}");
 }
 
+#[test]
+fn the_exact_picture_needs_no_gpu_and_looks_where_it_is_told_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let (picture, array) = (folder.path().join("view.png"), folder.path().join("c.npy"));
+    let mut command = terrain(["render", "--adapter", "none of this name"]);
+    command.arg(dataset()).args(["--camera", CAMERA, "--size", "64x36", "--exaggeration", "15"]);
+    command.args(["--reference", "--out"]).arg(&picture).arg("--coordinates").arg(&array);
+    assert_success(&command.output().unwrap());
+    assert_eq!(image::image_dimensions(&picture).unwrap(), (64, 36));
+    let points = read_npy(&array);
+    assert!(points[..64].iter().all(|point| point[0].is_nan()), "the top row is sky");
+    let ground = points[35 * 64 + 32];
+    assert!((8.0e6..10.0e6).contains(&ground[0]), "{ground:?}");
+    assert!((-500.0..9_000.0).contains(&ground[2]), "true heights: {ground:?}");
+}
+
 /// The triples of a float64 array of shape (height, width, 3).
 fn read_npy(path: &Path) -> Vec<[f64; 3]> {
     let bytes = std::fs::read(path).unwrap();

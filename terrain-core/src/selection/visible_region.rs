@@ -29,6 +29,17 @@ pub struct VisibleRegion {
     pub covered_pixels: u32,
 }
 
+impl VisibleRegion {
+    /// The region of what either saw.
+    pub fn union(a: Option<Self>, b: Option<Self>) -> Option<Self> {
+        let (Some(a), Some(b)) = (a, b) else { return a.or(b) };
+        Some(Self {
+            extent: Extent::new(a.extent.min.min(b.extent.min), a.extent.max.max(b.extent.max)),
+            covered_pixels: a.covered_pixels.max(b.covered_pixels),
+        })
+    }
+}
+
 /// Pixels scanned side by side, so that the compiler can use vector registers.
 const LANES: usize = 8;
 

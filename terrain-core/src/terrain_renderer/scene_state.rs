@@ -11,6 +11,32 @@ pub(super) struct RegionState {
     pub region: Option<VisibleRegion>,
     pub frame: u64,
     pub view: CameraView,
+    /// How many images of this very view have come back.
+    pub images: u32,
+}
+
+impl RegionState {
+    /// Images of a view that are taken as they are.
+    ///
+    /// Heights that arrive change the ground in view, and a changed region may choose other tiles.
+    /// Commonly that ends after two or three images. Where the cache is so small that each choice
+    /// evicts what the one before had brought, it need not end at all; so from here on the region of
+    /// a view only grows, which ends for certain.
+    const IMAGES_AS_THEY_ARE: u32 = 6;
+
+    /// The state after this region has come back.
+    pub fn after(earlier: Option<&Self>, found: Self) -> Self {
+        let Some(earlier) = earlier.filter(|earlier| earlier.view == found.view) else {
+            return found;
+        };
+        let images = earlier.images.saturating_add(1);
+        let region = if images > Self::IMAGES_AS_THEY_ARE {
+            VisibleRegion::union(earlier.region, found.region)
+        } else {
+            found.region
+        };
+        Self { region, images, ..found }
+    }
 }
 
 /// What a coordinate image depends on. Not the choice among resident tiles: it follows from the image,
