@@ -3,7 +3,7 @@
 //! above and at a slant.
 //!
 //! Prints a record as JSON: `cargo bench -p terrain-core --bench limit_surface`, optionally with the
-//! side of the pictures in pixels (128).
+//! side of the pictures in pixels (48).
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a measurement that fails may stop")]
 
@@ -20,9 +20,9 @@ use terrain_core::reference::limit_surface::{
 };
 use terrain_core::tiling::Extent;
 
-const SIDE_PX: u32 = 128;
+const SIDE_PX: u32 = 48;
 /// Cells a side of the surface, and texels of its texture.
-const CELLS: usize = 512;
+const CELLS: usize = 384;
 const PIXEL_RAD: f64 = 1.295e-3;
 const LEAST_M: f64 = 1_000.0;
 /// Each case is cast so often; the fastest counts.
@@ -75,7 +75,7 @@ fn scene() -> (LimitSurface, MipTexture, f64) {
     let relief = LimitRelief::new(grid, heights_m).unwrap();
     let texture =
         MipTexture::new(grid.origin, cell_m, [CELLS; 2], (0..CELLS * CELLS).map(noise).collect());
-    let distances = DistanceSet::geometric(LEAST_M, 32.0 * LEAST_M, 2).unwrap();
+    let distances = DistanceSet::geometric(LEAST_M, 4.0 * LEAST_M, 2).unwrap();
     let integral = ConvergedQuadrature {
         texture: &texture,
         relief: &relief,
@@ -116,8 +116,8 @@ fn views(surface: &LimitSurface, side_px: u32) -> [(&'static str, CameraView); 2
         fov_y_deg,
         viewport_px,
     };
-    let down = look(middle.extend(1_500.0), -90.0);
-    let slant = look((middle + dvec2(0.0, -1_800.0)).extend(500.0), -15.0);
+    let down = look(middle.extend(1_200.0), -90.0);
+    let slant = look((middle + dvec2(0.0, -1_000.0)).extend(700.0), -35.0);
     [("from above", down), ("at a slant", slant)]
 }
 

@@ -262,11 +262,11 @@ mod tests {
             values in prop::collection::vec(prop::option::weighted(0.8, -4_000_000..4_000_000_i32), 64)
         ) {
             let steps: Vec<i32> = values.iter().map(|v| v.unwrap_or(NO_DATA_STEPS)).collect();
-            let payload = encode_height_steps(&steps, 8, 1.0);
+            let payload = encode_height_steps(&steps, 8, 0.125);
             let tile = decode_heights(&payload, TileId::ROOT, 8).unwrap();
-            prop_assert_eq!(decoded_steps(&tile, 1.0), steps);
+            prop_assert_eq!(decoded_steps(&tile, 0.125), steps);
             let held: Vec<i32> = values.iter().flatten().copied().collect();
-            prop_assert_eq!(tile.range.map(|r| r.min_m as i32), held.iter().min().copied());
+            prop_assert_eq!(tile.range.map(|r| (8.0 * r.min_m) as i32), held.iter().min().copied());
         }
 
         #[test]
