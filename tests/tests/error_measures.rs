@@ -1,5 +1,7 @@
 //! FLIP against the program of its authors, on pictures made to be awkward and on real ones.
 
+#![allow(clippy::print_stdout, reason = "measured values are to be seen")]
+
 use std::path::PathBuf;
 
 use nv_flip::{FlipImageRgb8, flip};
@@ -7,7 +9,7 @@ use terrain_core::measure::error::{DEFAULT_PIXELS_PER_DEGREE, flip_errors};
 
 /// Both work in floats of 32 bits, but add them up in another order; powers below 1 spread the
 /// rounding of errors near 0.
-const TOLERANCE: f32 = 1.0e-3;
+const TOLERANCE: f32 = 2.0e-4;
 /// Over a whole picture such differences cancel.
 const TOLERANCE_OF_MEAN: f32 = 1.0e-5;
 
@@ -28,6 +30,7 @@ fn assert_same_as_published(name: &str, reference: &Pixels, test: &Pixels, size_
         let worst = differences().fold(0.0, f32::max);
         let mean = |errors: &[f32]| errors.iter().sum::<f32>() / errors.len() as f32;
         let (mean, published_mean) = (mean(&found), mean(&published));
+        println!("{name} at {pixels_per_degree}: {worst:e} at most, mean {mean}");
         assert!(worst < TOLERANCE, "{name} at {pixels_per_degree}: a pixel is {worst} off");
         let off = (mean - published_mean).abs();
         assert!(off < TOLERANCE_OF_MEAN, "{name}: mean {mean}, published {published_mean}");

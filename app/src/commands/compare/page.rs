@@ -14,6 +14,9 @@ use super::sweep_plots::{ParetoFront, Trade};
 /// Width and height of a plot in pixels.
 const SIZE_PX: [u32; 2] = [760, 280];
 
+/// More runs than this show their worst frame alone.
+const MANY_RUNS: usize = 3;
+
 /// What was flown.
 #[derive(Serialize)]
 pub struct Scene {
@@ -240,8 +243,10 @@ impl Page {
             "Those with the greatest mean FLIP error: the picture as drawn, the exact one, and the FLIP \
              error of each pixel from black (0) through purple and orange to pale yellow (1).",
         );
+        // Many runs with all their pictures would make a page too large to send.
+        let shown = if self.runs.len() > MANY_RUNS { 1 } else { usize::MAX };
         for run in &self.runs {
-            for frame in &run.worst {
+            for frame in run.worst.iter().take(shown) {
                 let what = format!("{}, {:.2} s", run.name, frame.time_s);
                 let captions =
                     [what, "exact".into(), format!("FLIP error, mean {:.4}", frame.flip_mean)];

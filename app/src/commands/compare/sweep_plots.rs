@@ -73,21 +73,17 @@ impl Trade {
     pub fn svg(&self, runs: &[RunSummary], settle: bool) -> Result<String, PlotError> {
         let points = self.points(runs, settle);
         let front = pareto_front(&points).into_iter().map(|index| points[index]).collect();
+        let front =
+            Series { name: "Pareto front".into(), points: front, style: SeriesStyle::Dashed };
         let dots = runs.iter().zip(&points).map(|(run, point)| Series {
             name: run.run.clone(),
             points: vec![*point],
             style: SeriesStyle::Points,
         });
-        let mut series = dots.collect::<Vec<_>>();
-        series.push(Series {
-            name: "Pareto front".into(),
-            points: front,
-            style: SeriesStyle::Dashed,
-        });
         let plot = Plot {
             x_label: self.cost.label(settle).into(),
             y_label: self.error.label().into(),
-            series,
+            series: std::iter::once(front).chain(dots).collect(),
             ..Default::default()
         };
         plot.to_svg(SIZE_PX)
