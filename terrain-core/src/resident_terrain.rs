@@ -133,7 +133,7 @@ impl ResidentTerrain {
         self.heights.cache().len() + self.colours.as_ref().map_or(0, |layer| layer.cache().len())
     }
 
-    /// Waits until a load of either layer has ended, at most for `patience` a layer.
+    /// Waits until everything that either layer has asked for is loaded, at most for `patience` a layer.
     pub fn wait(&self, patience: Duration) {
         self.heights.wait(patience);
         if let Some(colours) = &self.colours {

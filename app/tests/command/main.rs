@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 #![expect(clippy::print_stderr, reason = "a skipped test is to be seen")]
 
+mod compare;
 #[cfg(unix)]
 mod documents;
 mod drawing;

@@ -103,9 +103,9 @@ impl<T: Send + 'static> LayerStream<T> {
         update
     }
 
-    /// Waits until a load has ended, at most for `timeout`.
+    /// Waits until everything asked for is loaded, at most for `timeout`.
     pub fn wait(&self, timeout: Duration) {
-        self.loader.wait_any(timeout);
+        self.loader.wait_all(timeout);
     }
 
     fn take_loaded(&mut self, update: &mut LayerUpdate<T>) {

@@ -93,9 +93,24 @@ impl<T: Send + 'static> TileLoader<T> {
     /// Waits until [`TileLoader::poll`] has something to give, at most for `timeout`; returns whether
     /// it has. Returns at once where nothing is under way.
     pub fn wait_any(&self, timeout: Duration) -> bool {
+        let state = self.wait_while(timeout, |state| state.delivered.is_empty() && state.is_busy());
+        !state.delivered.is_empty()
+    }
+
+    /// Waits until everything wanted has been loaded, at most for `timeout`; returns whether it has.
+    /// What [`TileLoader::poll`] then gives does not depend on how fast any load was.
+    pub fn wait_all(&self, timeout: Duration) -> bool {
+        !self.wait_while(timeout, State::is_busy).is_busy()
+    }
+
+    fn wait_while(
+        &self,
+        timeout: Duration,
+        unfinished: impl Fn(&State<T>) -> bool,
+    ) -> MutexGuard<'_, State<T>> {
         let deadline = Instant::now() + timeout;
         let mut state = self.shared.lock();
-        while state.delivered.is_empty() && state.is_busy() {
+        while unfinished(&state) {
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 break;
@@ -103,7 +118,7 @@ impl<T: Send + 'static> TileLoader<T> {
             let woken = self.shared.ended.wait_timeout(state, left);
             state = woken.unwrap_or_else(PoisonError::into_inner).0;
         }
-        !state.delivered.is_empty()
+        state
     }
 
     /// Whether nothing is queued, being loaded or waiting to be taken.
@@ -300,10 +315,11 @@ mod tests {
     #[test]
     fn waiting_for_nothing_returns_at_once_and_dropping_ends_the_workers() {
         let Gated { loader, begun, gate } = gated();
-        assert!(!loader.wait_any(PATIENCE) && loader.is_idle());
+        assert!(!loader.wait_any(PATIENCE) && loader.wait_all(PATIENCE) && loader.is_idle());
         loader.set_wanted(&(0..20).map(tile).collect::<Vec<_>>());
         assert_eq!(begun.recv_timeout(PATIENCE), Ok(tile(0)));
         assert!(!loader.wait_any(Duration::ZERO) && !loader.is_idle());
+        assert!(!loader.wait_all(Duration::ZERO), "nineteen are still to come");
         drop(gate); // the load under way ends when the loader is being dropped
         drop(loader);
         let _ = begun.try_iter().count();

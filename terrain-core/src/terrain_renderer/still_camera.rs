@@ -48,6 +48,7 @@ impl TerrainRenderer {
 
     /// Draws the view into `target` with the tiles there are, for comparing pictures. No frame: nothing
     /// is selected, loaded or counted, and the next frame finds everything as the last one left it.
+    /// Before the first frame it builds meshes that the first frame would build.
     ///
     /// # Errors
     /// [`RenderError::Gpu`] where the device has failed.
@@ -91,19 +92,18 @@ impl TerrainRenderer {
 
     /// Draws frames without a picture until nothing is missing.
     pub(super) fn settle(&mut self, view: &CameraView) -> Result<FrameRecord, RenderError> {
-        // Each round brings at least one tile or image; a scene needs a few dozen.
+        // Each round brings at least one tile or image, unless a disk takes its time.
         const MOST_FRAMES: u32 = 2_000;
-        const PATIENCE: Duration = Duration::from_millis(50);
+        const PATIENCE: Duration = Duration::from_secs(1);
         let mut sum = self.frame(view, None)?;
         for _ in 0..MOST_FRAMES {
             if !self.is_pending(view) {
                 break;
             }
-            if self.feedback.is_waiting() {
-                self.gpu.wait()?;
-            } else {
-                self.terrain.wait(PATIENCE);
-            }
+            // Waiting for all that is under way makes the same rounds of them every time, however fast
+            // disk and GPU are.
+            self.gpu.wait()?;
+            self.terrain.wait(PATIENCE);
             let record = self.frame(view, None)?;
             sum.add_work_of(&record);
         }

@@ -8,6 +8,7 @@ use terrain_core::gpu::AdapterChoice;
 use terrain_core::measure::error::{DrawnPicture, MeasuredErrors, PictureDeviation, Spread};
 use terrain_core::measure::motion::{popping, swim_px};
 use terrain_core::measure::{Flight, FrameRecord};
+use terrain_core::selection::Strategy;
 use terrain_core::{CameraView, RendererSettings};
 
 use super::exact_pictures::ExactPictures;
@@ -45,7 +46,7 @@ pub struct RunResult {
     /// What the run is called.
     pub name: String,
     /// How tiles were selected.
-    pub strategy: &'static str,
+    pub strategy: Strategy,
     /// A record a frame.
     pub records: Vec<FrameRecord>,
     /// The measured frames that differ most.
@@ -93,7 +94,7 @@ impl Course {
             records.push(record);
             frame_done();
         }
-        let strategy = plan.settings.strategy.name();
+        let strategy = plan.settings.strategy;
         Ok(RunResult { name: plan.name, strategy, records, worst: worst.into_frames() })
     }
 

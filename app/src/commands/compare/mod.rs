@@ -123,7 +123,7 @@ pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
     progress.finish();
 
     let scene = Scene {
-        dataset: args.dataset.display().to_string(),
+        dataset: name_of(&args.dataset),
         flight: args.flight.as_deref().map(name_of),
         adapter: adapter_name,
         size_px,

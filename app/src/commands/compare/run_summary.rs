@@ -13,7 +13,7 @@ pub struct RunSummary {
     /// What the run is called.
     pub run: String,
     /// How tiles were selected.
-    pub strategy: String,
+    pub strategy: &'static str,
     /// Frames drawn.
     pub frames: u64,
     /// Frames whose error was measured.
@@ -68,7 +68,7 @@ impl RunSummary {
         let missing = records.iter().filter(|record| record.tiles_missing > 0);
         Self {
             run: run.name.clone(),
-            strategy: run.strategy.to_owned(),
+            strategy: run.strategy.name(),
             frames: records.len() as u64,
             measured_frames: measured.count() as u64,
             frames_with_missing_tiles: missing.count() as u64,
@@ -128,6 +128,8 @@ fn mean_errors(records: &[FrameRecord]) -> BTreeMap<&'static str, f64> {
 
 #[cfg(test)]
 mod tests {
+    use terrain_core::selection::Strategy;
+
     use super::*;
 
     #[test]
@@ -137,7 +139,12 @@ mod tests {
             FrameRecord { frame_ms: 30.0, tiles_missing: 2, ..Default::default() },
         ];
         records[1].errors.flip_mean = Some(0.25);
-        let run = RunResult { name: "a".into(), strategy: "b", records, worst: Vec::new() };
+        let run = RunResult {
+            name: "a".into(),
+            strategy: Strategy::default(),
+            records,
+            worst: Vec::new(),
+        };
         let summary = RunSummary::of(&run);
         assert_eq!((summary.frames, summary.measured_frames), (2, 1));
         assert_eq!((summary.error("flip_mean"), summary.bytes_a_frame.upload), (0.25, 50.0));

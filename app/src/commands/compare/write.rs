@@ -1,4 +1,3 @@
-use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
@@ -41,24 +40,27 @@ fn file_name(name: &str) -> String {
 }
 
 fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let write = || -> std::io::Result<()> {
-        let mut file = tempfile::NamedTempFile::new_in(folder)?;
-        file.write_all(bytes)?;
-        file.persist(path)?;
-        Ok(())
-    };
-    write().with_context(|| format!("{}: cannot write the file", path.display()))
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".part");
+    let written = std::fs::write(&beside, bytes).and_then(|()| std::fs::rename(&beside, path));
+    written.with_context(|| format!("{}: cannot write the file", path.display()))
 }
 
 #[cfg(test)]
 mod tests {
+    use terrain_core::selection::Strategy;
+
     use super::*;
 
     #[test]
     fn every_row_has_the_headers_columns() {
         let records = vec![FrameRecord::default(); 2];
-        let run = RunResult { name: "a \"b\"".into(), strategy: "s", records, worst: Vec::new() };
+        let run = RunResult {
+            name: "a \"b\"".into(),
+            strategy: Strategy::default(),
+            records,
+            worst: Vec::new(),
+        };
         let table = frames_csv(&[run]);
         let lines = table.lines().collect::<Vec<_>>();
         assert_eq!(lines.len(), 3);
