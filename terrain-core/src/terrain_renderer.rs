@@ -132,7 +132,7 @@ impl TerrainRenderer {
             self.settings = settings;
             self.selected = None;
             if let Some(region) = &mut self.region {
-                region.images = 0;
+                (region.images, region.images_of_all) = (0, 0);
             }
         }
         Ok(())
@@ -278,7 +278,13 @@ impl TerrainRenderer {
         if let Some((image, count)) = self.feedback.take_newest(self.frame) {
             self.ledger.add(ByteCause::Readback, count * self.feedback.image_bytes());
             let region = visible_region(&image);
-            let found = RegionState { region, frame: image.frame, view: image.view, images: 1 };
+            let found = RegionState {
+                region,
+                frame: image.frame,
+                view: image.view,
+                images: 1,
+                images_of_all: u32::from(self.terrain.missing() == 0),
+            };
             self.region = Some(RegionState::after(self.region.as_ref(), found));
         }
     }

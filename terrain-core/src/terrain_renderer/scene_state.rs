@@ -11,36 +11,37 @@ pub(super) struct RegionState {
     pub region: Option<VisibleRegion>,
     pub frame: u64,
     pub view: CameraView,
-    /// How many images of this very view have come back.
+    /// Images of this very view that have come back.
     pub images: u32,
+    /// Those of them that came when no tile was missing.
+    pub images_of_all: u32,
 }
 
 impl RegionState {
-    /// Images of a view that are taken as they are.
+    /// Images of a view that are taken as they are: so many when no tile was missing, so many at all.
     ///
     /// Heights that arrive change the ground in view, and a changed region may choose other tiles.
-    /// Commonly that ends after two or three images. Where the cache is so small that each choice
+    /// Commonly one image after the last tile ends that. Where the cache is so small that each choice
     /// evicts what the one before had brought, it need not end at all; so from here on the region of
     /// a view only grows, which ends for certain.
-    const IMAGES_AS_THEY_ARE: u32 = 6;
+    const AS_THEY_ARE: [u32; 2] = [4, 256];
 
-    /// The state after this region has come back.
+    /// The state after this region of the view has come back.
     pub fn after(earlier: Option<&Self>, found: Self) -> Self {
         let Some(earlier) = earlier.filter(|earlier| earlier.view == found.view) else {
             return found;
         };
-        let images = earlier.images.saturating_add(1);
-        let region = if images > Self::IMAGES_AS_THEY_ARE {
-            VisibleRegion::union(earlier.region, found.region)
-        } else {
-            found.region
-        };
-        Self { region, images, ..found }
+        let images = earlier.images + found.images;
+        let images_of_all = earlier.images_of_all + found.images_of_all;
+        let grows = images_of_all > Self::AS_THEY_ARE[0] || images > Self::AS_THEY_ARE[1];
+        let region =
+            if grows { VisibleRegion::union(earlier.region, found.region) } else { found.region };
+        Self { region, images, images_of_all, ..found }
     }
 }
 
-/// What a coordinate image depends on. Not the choice among resident tiles: it follows from the image,
-/// so that a still camera comes to rest.
+/// What a coordinate image is drawn anew for. Not the choice among resident tiles: it follows from the
+/// image, and commonly a still camera comes to rest so.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct CoordinateState {
     pub view: CameraView,
