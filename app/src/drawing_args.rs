@@ -7,6 +7,8 @@ use clap::{Args, ValueEnum};
 use terrain_core::selection::Strategy;
 use terrain_core::{AntiAliasing, RendererSettings};
 
+use crate::arg_values::{exaggeration, number_within};
+
 /// How to draw.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct DrawingArgs {
@@ -15,24 +17,41 @@ pub struct DrawingArgs {
     #[arg(long, value_name = "STRATEGY", default_value_t, value_parser = strategies())]
     strategy: Strategy,
 
-    /// Factor on all heights
-    #[arg(long, value_name = "FACTOR")]
+    /// Factor on all heights, from 0.01 to 1000
+    #[arg(
+        long,
+        value_name = "FACTOR",
+        value_parser = exaggeration(),
+        allow_hyphen_values = true
+    )]
     exaggeration: Option<f64>,
 
     /// Slots of the tile caches: columns x rows
     #[arg(long, value_name = "MxN", default_value = "6x6", value_parser = cache_slots)]
     cache: Size,
 
-    /// Most tiles a selection may have, level 0 included [default: as many as there are slots]
-    #[arg(long, value_name = "N")]
+    /// Most tiles a selection may have, level 0 included; never more than there are slots [default:
+    /// as many]
+    #[arg(long, value_name = "N", value_parser = tile_count, allow_hyphen_values = true)]
     max_tiles: Option<usize>,
 
-    /// A tile is split while its texels are drawn larger than this many pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = 1.0)]
+    /// A tile is split while its texels are drawn larger than this many pixels, from 0.1 to 64
+    #[arg(
+        long,
+        value_name = "PIXELS",
+        default_value_t = 1.0,
+        value_parser = number_within(0.1, 64.0),
+        allow_hyphen_values = true
+    )]
     texel_px: f64,
 
-    /// Size of the mesh's triangles in pixels
-    #[arg(long, value_name = "PIXELS")]
+    /// Size of the mesh's triangles in pixels, from 1 to 64 [default: by the adapter]
+    #[arg(
+        long,
+        value_name = "PIXELS",
+        value_parser = number_within(1.0, 64.0),
+        allow_hyphen_values = true
+    )]
     triangle_px: Option<f64>,
 
     /// Smooth edges by drawing four samples a pixel, or not [default: by the adapter; pictures of
@@ -103,6 +122,12 @@ fn cache_slots(text: &str) -> Result<Size, String> {
     })
 }
 
+/// How many tiles a selection may have.
+fn tile_count(text: &str) -> Result<usize, String> {
+    let count = text.parse().ok().filter(|count| *count > 0);
+    count.ok_or_else(|| "give a whole number from 1".to_owned())
+}
+
 impl FromStr for Size {
     type Err = String;
 
@@ -161,5 +186,30 @@ mod tests {
         assert_eq!(settings(&["--anti-aliasing", "4x"]).anti_aliasing, AntiAliasing::FourSamples);
         assert_eq!(settings(&["--anti-aliasing", "off"]).anti_aliasing, AntiAliasing::Off);
         assert_eq!(settings(&["--upload-kib", "64"]).upload_budget_bytes, 65_536);
+    }
+
+    #[test]
+    fn sizes_in_pixels_are_drawn_as_given_or_refused() {
+        let parse = |option: &str, value: &str| Line::try_parse_from(["draw", option, value]);
+        for value in ["0.1", "2", "64"] {
+            let texel_px = parse("--texel-px", value).unwrap().drawing.settings(1.0).texel_px;
+            assert_eq!(texel_px, value.parse::<f64>().unwrap());
+        }
+        for value in ["1", "64"] {
+            let settings = parse("--triangle-px", value).unwrap().drawing.settings(1.0);
+            assert_eq!(settings.triangle_px, value.parse::<f64>().unwrap());
+        }
+        for (option, values) in [
+            ("--texel-px", ["0", "-1", "nan", "65"]),
+            ("--triangle-px", ["0", "-8", "nan", "65"]),
+            ("--max-tiles", ["0", "-1", "1.5", ""]),
+            ("--exaggeration", ["0", "-1", "nan", "1e4"]),
+        ] {
+            for value in values {
+                let refused = parse(option, value).err().unwrap().to_string();
+                let has_range = refused.contains("give a") && refused.contains("number from");
+                assert!(has_range, "{option} {value}: {refused}");
+            }
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! The `terrain` command: prepares datasets, flies over them and measures the flight.
 
+mod arg_values;
 mod cli;
 mod commands;
 mod demo;
@@ -9,6 +10,7 @@ mod flight_summary;
 mod flights;
 mod ground;
 mod headless;
+mod interrupt;
 mod npy;
 mod output;
 mod pictures;

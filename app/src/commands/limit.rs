@@ -2,12 +2,9 @@
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
-use glam::dvec2;
 use terrain_core::CameraView;
 use terrain_core::dataset::{Dataset, TileSource};
 use terrain_core::measure::CameraSpec;
@@ -20,12 +17,16 @@ use terrain_core::reference::limit_surface::{
 };
 use terrain_core::tiling::Extent;
 
+use crate::arg_values::{exaggeration, number_within, parse_extent};
 use crate::drawing_args::Size;
+use crate::interrupt::flag_on_ctrl_c;
 use crate::progress::{FrameProgress, PhaseProgress};
 use crate::{output, pictures};
 
 /// Size in pixels of a plot's file.
 const PLOT_PX: [u32; 2] = [720, 420];
+/// More memory than any machine has, MB.
+const MOST_MEMORY_MB: f64 = 1.0e9;
 
 /// What to do.
 #[derive(Debug, Args)]
@@ -33,7 +34,8 @@ const PLOT_PX: [u32; 2] = [720, 420];
 Examples:
   terrain limit prepare alps --area 462000,6821000,464000,6823000
   terrain limit study --out study
-  terrain limit study --out study --dataset alps --camera x=463000,y=6822000,height=60000,pitch=-90,fov=2")]
+  terrain limit study --out study --dataset alps \\
+      --camera x=463000,y=6822000,height=60000,pitch=-90,fov=2")]
 pub struct LimitArgs {
     #[command(subcommand)]
     task: Task,
@@ -63,7 +65,7 @@ struct PrepareArgs {
     out: Option<PathBuf>,
 
     /// The ground to take, in the dataset's CRS [default: all]
-    #[arg(long, value_name = "W,S,E,N", value_parser = parse_area, allow_hyphen_values = true)]
+    #[arg(long, value_name = "W,S,E,N", value_parser = parse_extent, allow_hyphen_values = true)]
     area: Option<Extent>,
 
     /// The admissible angle in radians: the cone's at its apex
@@ -87,15 +89,33 @@ struct PrepareArgs {
     per_doubling: u32,
 
     /// Largest error of a triangle's reduced colours, in steps of 1/255 of sRGB
-    #[arg(long, value_name = "STEPS", default_value_t = 4.0, conflicts_with = "memory_mb")]
-    colour_error: f32,
+    #[arg(
+        long,
+        value_name = "STEPS",
+        default_value_t = 4.0,
+        value_parser = number_within(0.0, 255.0),
+        allow_hyphen_values = true,
+        conflicts_with = "memory_mb"
+    )]
+    colour_error: f64,
 
     /// Most MB for all colours; the largest error is then the least possible
-    #[arg(long, value_name = "MB")]
+    #[arg(
+        long,
+        value_name = "MB",
+        value_parser = number_within(0.0, MOST_MEMORY_MB),
+        allow_hyphen_values = true
+    )]
     memory_mb: Option<f64>,
 
-    /// Factor on all heights
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    /// Factor on all heights, from 0.01 to 1000
+    #[arg(
+        long,
+        value_name = "FACTOR",
+        default_value_t = 1.0,
+        value_parser = exaggeration(),
+        allow_hyphen_values = true
+    )]
     exaggeration: f64,
 
     /// Print what was made as JSON
@@ -107,7 +127,8 @@ struct PrepareArgs {
 #[command(after_help = "\
 Examples:
   terrain limit study --out study
-  terrain limit study --out study --dataset alps --camera x=463000,y=6822000,height=60000,pitch=-90,fov=2")]
+  terrain limit study --out study --dataset alps \\
+      --camera x=463000,y=6822000,height=60000,pitch=-90,fov=2")]
 struct StudyArgs {
     /// Folder for report.html, the tables (CSV, JSON) and the plots (SVG)
     #[arg(long, value_name = "DIR")]
@@ -134,21 +155,11 @@ pub fn run(args: &LimitArgs) -> anyhow::Result<()> {
     }
 }
 
-fn parse_area(text: &str) -> Result<Extent, String> {
-    let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
-    match numbers[..] {
-        [west, south, east, north] if west < east && south < north => {
-            Ok(Extent::new(dvec2(west, south), dvec2(east, north)))
-        }
-        _ => Err("give west,south,east,north in metres of the dataset's CRS".to_owned()),
-    }
-}
-
 fn run_prepare(args: &PrepareArgs) -> anyhow::Result<()> {
     let dataset = Dataset::open(&args.dataset)?;
     let rule = match args.memory_mb {
-        Some(megabytes) => KnotRule::Memory((megabytes * 1.0e6).max(0.0) as u64),
-        None => KnotRule::ColourError(args.colour_error),
+        Some(megabytes) => KnotRule::Memory((megabytes * 1.0e6) as u64),
+        None => KnotRule::ColourError(args.colour_error as f32),
     };
     let request = LimitRequest {
         area: args.area,
@@ -161,10 +172,7 @@ fn run_prepare(args: &PrepareArgs) -> anyhow::Result<()> {
         vertical_exaggeration: args.exaggeration,
     };
     let path = args.out.clone().unwrap_or_else(|| args.dataset.join(LIMIT_FILE));
-    let cancel = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&cancel);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
-        .context("cannot catch Ctrl-C")?;
+    let cancel = flag_on_ctrl_c()?;
     let progress = PhaseProgress::new();
     let summary = prepare_limit_surface(&dataset, &request, &path, &progress, &cancel);
     progress.clear();

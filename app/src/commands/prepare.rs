@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::Context;
 use clap::{Args, ValueEnum};
 use terrain_core::dataset::{ColourEncoding, ColourFormat, HeightEncoding};
 use terrain_core::prepare::{LayerSummary, PrepareRequest, PrepareSummary, prepare};
+use terrain_core::tiling::Extent;
 
+use crate::arg_values::parse_extent;
+use crate::interrupt::flag_on_ctrl_c;
 use crate::output;
 use crate::progress::PhaseProgress;
 
@@ -41,8 +41,8 @@ pub struct PrepareArgs {
     crs: Option<u32>,
 
     /// Where pictures without a georeference lie
-    #[arg(long, value_name = "W,S,E,N", value_parser = parse_bounds, allow_hyphen_values = true)]
-    dom_extent: Option<Bounds>,
+    #[arg(long, value_name = "W,S,E,N", value_parser = parse_extent, allow_hyphen_values = true)]
+    dom_extent: Option<Extent>,
 
     /// CRS of pictures that do not say theirs [default: the heights']
     #[arg(long, value_name = "EPSG:n", value_parser = parse_epsg)]
@@ -78,10 +78,6 @@ pub struct PrepareArgs {
     resume: bool,
 }
 
-/// West, south, east, north.
-#[derive(Clone, Copy, Debug)]
-struct Bounds([f64; 4]);
-
 /// A limit on the number of levels; `None` for auto.
 #[derive(Clone, Copy, Debug)]
 struct Levels(Option<u8>);
@@ -108,10 +104,7 @@ enum DomEncoding {
 
 /// Runs the command.
 pub fn run(args: PrepareArgs) -> anyhow::Result<()> {
-    let cancel = Arc::new(AtomicBool::new(false));
-    let flag = cancel.clone();
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
-        .context("cannot catch Ctrl-C")?;
+    let cancel = flag_on_ctrl_c()?;
     let bar = PhaseProgress::new();
     let summary = prepare(&request_of(args), &bar, &cancel);
     bar.clear();
@@ -121,7 +114,7 @@ pub fn run(args: PrepareArgs) -> anyhow::Result<()> {
 fn request_of(args: PrepareArgs) -> PrepareRequest {
     PrepareRequest {
         epsg: args.crs,
-        colour_bounds: args.dom_extent.map(|bounds| bounds.0),
+        colour_bounds: args.dom_extent.map(|Extent { min, max }| [min.x, min.y, max.x, max.y]),
         colour_epsg: args.dom_crs,
         height_tile_texels: args.dem_tile,
         colour_tile_texels: args.dom_tile,
@@ -196,16 +189,6 @@ fn parse_levels(text: &str) -> Result<Levels, String> {
     }
 }
 
-fn parse_bounds(text: &str) -> Result<Bounds, String> {
-    let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
-    match numbers[..] {
-        [west, south, east, north] if west < east && south < north => {
-            Ok(Bounds([west, south, east, north]))
-        }
-        _ => Err("give west,south,east,north with west < east and south < north".to_owned()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -215,8 +198,6 @@ mod tests {
         assert_eq!(parse_epsg("EPSG:32632"), Ok(32632));
         assert_eq!(parse_epsg("3857"), Ok(3857));
         assert!(parse_epsg("UTM32").is_err());
-        assert!(parse_bounds("-180,-90,180,90").is_ok());
-        assert!(parse_bounds("10,0,5,1").is_err() && parse_bounds("1,2,3").is_err());
         assert!(parse_levels("auto").is_ok() && parse_levels("0").is_err());
     }
 }

@@ -1,13 +1,11 @@
 //! `terrain synth`: synthetic mountains as source rasters.
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::Context;
 use clap::Args;
 use terrain_core::synth::{Preset, SynthRequest, SynthSummary, synthesise};
 
+use crate::interrupt::flag_on_ctrl_c;
 use crate::output;
 use crate::progress::PhaseProgress;
 
@@ -39,10 +37,7 @@ pub struct SynthArgs {
 
 /// Runs the command.
 pub fn run(args: SynthArgs) -> anyhow::Result<()> {
-    let cancel = Arc::new(AtomicBool::new(false));
-    let flag = cancel.clone();
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
-        .context("cannot catch Ctrl-C")?;
+    let cancel = flag_on_ctrl_c()?;
     let bar = PhaseProgress::new();
     let request = SynthRequest { preset: args.preset, seed: args.seed, out: args.out };
     let summary = synthesise(&request, &bar, &cancel);

@@ -10,7 +10,6 @@ mod write;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, ensure};
 use clap::Args;
@@ -26,6 +25,7 @@ use self::exact_pictures::ExactPictures;
 use self::page::{Page, Scene};
 use crate::commands::fly::frames_to_draw;
 use crate::drawing_args::{DrawingArgs, Size, strategies};
+use crate::interrupt::flag_on_ctrl_c;
 use crate::progress::FrameProgress;
 use crate::{flights, output};
 
@@ -93,10 +93,7 @@ pub struct CompareArgs {
 
 /// Flies, measures and writes the report.
 pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
-    let cancelled = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&cancelled);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))
-        .context("cannot catch Ctrl-C")?;
+    let cancelled = flag_on_ctrl_c()?;
     let source: Arc<dyn TileSource> = Arc::new(Dataset::open(&args.dataset)?);
     let settings = args.drawing.settings(1.0);
     let plans = plans(args, &source, settings)?;
