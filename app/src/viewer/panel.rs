@@ -1,6 +1,6 @@
 //! The panel: what is drawn and how, what it costs, and what the keys do.
 
-use egui::{Align2, Color32, Grid, RichText, Slider, Ui};
+use egui::{Align2, Color32, Grid, RichText, Slider, SliderClamping, Ui};
 use glam::DVec3;
 use terrain_core::dataset::Manifest;
 use terrain_core::gpu::DebugImage;
@@ -136,7 +136,9 @@ impl Panel<'_> {
         }
         ui.add(slider(&mut settings.vertical_exaggeration, 0.5, 50.0).text("exaggeration"));
         let mut budget_kib = settings.upload_budget_bytes / 1024;
-        let budget = Slider::new(&mut budget_kib, 64..=16_384).logarithmic(true);
+        let budget = Slider::new(&mut budget_kib, 64..=16_384)
+            .logarithmic(true)
+            .clamping(SliderClamping::Edits);
         if ui.add(budget.text("upload (KiB a frame)")).changed() {
             settings.upload_budget_bytes = budget_kib * 1024;
         }
@@ -189,8 +191,12 @@ fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui))
     egui::CollapsingHeader::new(title).default_open(open).show(ui, contents);
 }
 
+/// A slider that leaves a value beyond its ends, given on the command line, until it is moved.
 fn slider(value: &mut f64, least: f64, most: f64) -> Slider<'_> {
-    Slider::new(value, least..=most).logarithmic(true).max_decimals(2)
+    Slider::new(value, least..=most)
+        .logarithmic(true)
+        .max_decimals(2)
+        .clamping(SliderClamping::Edits)
 }
 
 fn strategy_choice(ui: &mut Ui, settings: &mut RendererSettings) {
