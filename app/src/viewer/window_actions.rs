@@ -37,7 +37,12 @@ impl TerrainWindow {
                 self.controls.go_north_up(&Self::ground(&self.renderer));
             }
             Action::TakeScreenshot => self.take_screenshot()?,
-            Action::ToggleRecording if self.deck.is_recording() => self.save_recording()?,
+            Action::ToggleRecording if self.deck.is_recording() => {
+                // The flight can still be played, and a window flies on without a file.
+                if let Err(error) = self.save_recording() {
+                    self.tell(output::one_line(&error));
+                }
+            }
             Action::ToggleRecording => {
                 self.deck.record();
                 self.tell("recording; R ends it".to_owned());
@@ -84,9 +89,10 @@ impl TerrainWindow {
     /// Where the file cannot be written.
     pub(super) fn save_recording(&mut self) -> anyhow::Result<()> {
         let Some(flight) = self.deck.finish_recording()? else { return Ok(()) };
-        let path = self.record_to.take().unwrap_or_else(|| free_name("terrain-flight", "json"));
+        let path = self.record_to.clone().unwrap_or_else(|| free_name("terrain-flight", "json"));
         flight.write(&path)?;
         let duration_s = flight.duration_s();
+        self.record_to = None;
         self.tell(format!("flight of {duration_s:.1} s saved as {}", path.display()));
         Ok(())
     }
