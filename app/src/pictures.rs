@@ -17,8 +17,7 @@ pub fn free_name(stem: &str, extension: &str) -> PathBuf {
 /// # Errors
 /// Where the file cannot be written; the error names it.
 pub fn write_png(path: &Path, size_px: [u32; 2], rgba: &[u8]) -> anyhow::Result<()> {
-    let [width, height] = size_px;
-    image::save_buffer(path, rgba, width, height, image::ColorType::Rgba8)
+    std::fs::write(path, png_bytes(size_px, rgba)?)
         .with_context(|| format!("{}: cannot write the picture", path.display()))
 }
 

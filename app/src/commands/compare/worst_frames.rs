@@ -1,12 +1,13 @@
-use std::io::Cursor;
 use std::sync::Arc;
 
 use anyhow::Context;
+use image::RgbaImage;
 use image::imageops::{FilterType, replace, resize};
-use image::{ImageFormat, RgbaImage};
 use terrain_core::measure::FrameRecord;
 use terrain_core::measure::error::{DEFAULT_PIXELS_PER_DEGREE, flip_errors};
 use terrain_core::reference::ReferencePicture;
+
+use crate::pictures::png_bytes;
 
 /// How many frames of a run are shown.
 const SHOWN: usize = 3;
@@ -105,9 +106,7 @@ impl WorstFrame {
 }
 
 fn encode(picture: &RgbaImage) -> anyhow::Result<Vec<u8>> {
-    let mut png = Cursor::new(Vec::new());
-    picture.write_to(&mut png, ImageFormat::Png)?;
-    Ok(png.into_inner())
+    png_bytes(picture.dimensions().into(), picture)
 }
 
 /// Black through purple and orange to pale yellow: an error from 0 to 1 in colours that grow steadily
