@@ -62,11 +62,11 @@ struct FlightFile {
     keyframes: Vec<Keyframe>,
 }
 
-/// Why a flight cannot be flown.
+/// Why a flight cannot be flown. Each tells its own part; what lies beneath is its source.
 #[derive(Debug, thiserror::Error)]
 pub enum FlightError {
     /// The file cannot be read or written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}", path.display())]
     File {
         /// The file.
         path: PathBuf,
@@ -74,7 +74,7 @@ pub enum FlightError {
         source: std::io::Error,
     },
     /// The file is not a flight.
-    #[error("{}: not a flight: {source}", path.display())]
+    #[error("{}: not a flight", path.display())]
     InFile {
         /// The file.
         path: PathBuf,
@@ -82,7 +82,7 @@ pub enum FlightError {
         source: Box<FlightError>,
     },
     /// The text is not JSON of the right form.
-    #[error("{0}")]
+    #[error(transparent)]
     Json(#[from] serde_json::Error),
     /// No keyframes.
     #[error("no keyframes")]

@@ -61,8 +61,16 @@ fn what_is_wrong_with_a_flight_is_named() {
 fn a_file_that_is_no_flight_is_named_with_the_cause() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("flight.json");
-    let error = || Flight::read(&path).unwrap_err().to_string();
-    assert!(error().contains("flight.json"));
+    // Told as the command tells it: with all causes, each of them once.
+    let error = || {
+        let error = Flight::read(&path).unwrap_err();
+        let whole: &dyn std::error::Error = &error;
+        let chain = std::iter::successors(Some(whole), |error| error.source());
+        chain.map(ToString::to_string).collect::<Vec<_>>().join(": ")
+    };
+    let absent = error();
+    assert!(absent.contains("flight.json: "), "{absent}");
+    assert_eq!(absent.matches("os error").count(), 1, "{absent}");
     for (text, cause) in [
         ("", "EOF"),
         (r#"{"crs": "local", "keyframes": []}"#, "missing field `fps`"),
@@ -71,7 +79,8 @@ fn a_file_that_is_no_flight_is_named_with_the_cause() {
     ] {
         std::fs::write(&path, text).unwrap();
         let error = error();
-        assert!(error.contains("flight.json: not a flight: ") && error.contains(cause), "{error}");
+        assert!(error.contains("flight.json: not a flight: "), "{error}");
+        assert_eq!(error.matches(cause).count(), 1, "{error}");
     }
 }
 
