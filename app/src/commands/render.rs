@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
-use clap::Args;
+use clap::{ArgGroup, Args};
 use terrain_core::dataset::{Dataset, TileSource};
 use terrain_core::gpu::AdapterChoice;
 use terrain_core::measure::{CameraSpec, FrameRecord};
@@ -20,6 +20,9 @@ use crate::{npy, output, pictures};
 
 /// What to draw.
 #[derive(Debug, Args)]
+#[command(group(
+    ArgGroup::new("results").required(true).multiple(true).args(["out", "coordinates", "json"])
+))]
 #[command(after_help = "\
 Examples:
   terrain render alps --camera x=463500,y=6820000,agl=800,heading=215,pitch=-12,fov=50 \\

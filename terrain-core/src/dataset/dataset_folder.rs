@@ -33,7 +33,10 @@ pub enum OpenError {
         path: PathBuf,
     },
     /// The manifest is damaged or says what cannot be.
-    #[error("{}: {reason}", path.display())]
+    #[error(
+        "{}: damaged, or not the manifest of a dataset ({reason}); prepare the dataset anew",
+        path.display()
+    )]
     BadManifest {
         /// The manifest.
         path: PathBuf,
