@@ -78,7 +78,7 @@ pub struct RendererSettings {
     /// Size that the mesh's triangles are to have in pixels; 0 leaves it to the adapter. A mesh of more
     /// than about a million vertices is made coarser.
     pub triangle_px: f64,
-    /// Factor on all heights.
+    /// Factor on all heights, 0.01 to 1000.
     pub vertical_exaggeration: f64,
     /// Most bytes of tiles to bring to the GPU in a frame; one tile a layer always goes through.
     pub upload_budget_bytes: u64,

@@ -5,6 +5,7 @@
 //! coordinate image and draws. Nothing in it waits for the GPU or the disk, and nothing is done that
 //! would give what the last frame already has: see `SceneState`.
 
+mod cache_size;
 mod error;
 mod frame_record;
 mod scene_state;
@@ -15,6 +16,7 @@ use std::time::Instant;
 
 use glam::DVec2;
 
+use self::cache_size::check_cache_fits;
 pub use self::error::RenderError;
 use self::scene_state::{CoordinateState, RegionState, SceneState};
 use crate::CameraView;
@@ -75,6 +77,7 @@ impl TerrainRenderer {
             return Err(RenderError::NoHeights);
         }
         let slots = (settings.cache_columns, settings.cache_rows);
+        check_cache_fits(&gpu, &tree, slots)?;
         let format = colour_format(&*source, gpu.has_block_compression());
         let mut ledger = FrameLedger::default();
         let terrain = ResidentTerrain::open(&source, tree, format, slots, &mut ledger)?;
@@ -124,10 +127,11 @@ impl TerrainRenderer {
         };
         if rebuilt(&settings) != rebuilt(&self.settings) {
             let (gpu, source) = (Arc::clone(&self.gpu), Arc::clone(&self.source));
-            let (frame, ledger) = (self.frame, std::mem::take(&mut self.ledger));
-            *self = Self::new(gpu, source, settings)?;
-            self.frame = frame;
-            self.ledger = ledger;
+            let mut renewed = Self::new(gpu, source, settings)?;
+            renewed.frame = self.frame;
+            // What has moved since the last frame's record and what opening anew moved both count.
+            renewed.ledger.add_all(&self.ledger.totals());
+            *self = renewed;
         } else if settings != self.settings {
             self.settings = settings;
             self.selected = None;

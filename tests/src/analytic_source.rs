@@ -73,6 +73,15 @@ impl AnalyticSource {
         }
     }
 
+    /// The same with tiles of so many texels a side, heights and colours; 128 and 384 otherwise.
+    pub fn with_tile_sizes(mut self, [heights, colours]: [u32; 2]) -> Self {
+        self.manifest.heights.layout.tile_size_texels = heights;
+        if let Some(layer) = &mut self.manifest.colours {
+            layer.layout.tile_size_texels = colours;
+        }
+        self
+    }
+
     /// The true height at a world point.
     pub fn height_m(&self, point: DVec2) -> f64 {
         (self.surface.height_m)(point - self.centre())

@@ -285,6 +285,32 @@ fn the_smallest_cache_still_draws() {
 }
 
 #[test]
+fn a_change_of_the_cache_is_counted_and_one_too_large_is_refused() {
+    let source = Arc::new(source_at(DVec2::ZERO));
+    let Some(mut bench) = Bench::new(source, RendererSettings::default()) else { return };
+    bench.settled(&down());
+    let old = *bench.renderer.settings();
+    let smaller = RendererSettings { cache_columns: 4, cache_rows: 4, max_tiles: 16, ..old };
+    bench.renderer.set_settings(smaller).unwrap();
+    let record = bench.renderer.render(&down(), bench.target.view(), OFFSCREEN_FORMAT).unwrap();
+    assert!(record.upload_dem_bytes >= 136 * 136 * 4, "level 0 went up anew: {record:?}");
+}
+
+#[test]
+fn a_cache_larger_than_a_texture_is_refused_and_the_old_one_stays() {
+    let source = Arc::new(source_at(DVec2::ZERO).with_tile_sizes([128, 2048]));
+    let old =
+        RendererSettings { cache_columns: 2, cache_rows: 2, max_tiles: 4, ..Default::default() };
+    let Some(mut bench) = Bench::new(source, old) else { return };
+    let old = *bench.renderer.settings();
+    let refused =
+        bench.renderer.set_settings(RendererSettings { cache_columns: 40, ..old }).unwrap_err();
+    assert!(refused.to_string().contains("choose a smaller cache"), "{refused}");
+    assert_eq!(*bench.renderer.settings(), old);
+    bench.settled(&down());
+}
+
+#[test]
 fn the_budget_bounds_the_bytes_of_a_frame() {
     let budget = 700_000;
     let settings = RendererSettings { upload_budget_bytes: budget, ..Default::default() };

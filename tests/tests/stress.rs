@@ -166,7 +166,8 @@ fn views_that_are_none_are_refused_and_leave_the_renderer_as_it_was() {
 }
 
 #[test]
-fn exaggeration_from_none_to_a_thousandfold() {
+fn exaggeration_up_to_a_thousandfold_and_what_is_none() {
+    // What is no factor, or beyond the range from 0.01 to 1000, is brought into it.
     let Some(gpu) = gpu() else { return };
     for vertical_exaggeration in [0.0, 1.0e-3, 1.0, 1000.0, f64::INFINITY, f64::NAN, -3.0] {
         let settings = RendererSettings { vertical_exaggeration, ..Default::default() };

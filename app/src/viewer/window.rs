@@ -8,7 +8,7 @@ use glam::DVec2;
 use terrain_core::dataset::TileSource;
 use terrain_core::gpu::{AdapterChoice, DebugImage, GpuContext};
 use terrain_core::measure::CameraSpec;
-use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
+use terrain_core::{CameraView, RenderError, RendererSettings, TerrainRenderer};
 use winit::dpi::LogicalSize;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
@@ -275,7 +275,11 @@ impl TerrainWindow {
             let scale = settings.vertical_exaggeration / before.vertical_exaggeration;
             self.controls.scale_heights(scale, &Self::ground(&self.renderer));
         }
-        self.renderer.set_settings(settings)?;
+        match self.renderer.set_settings(settings) {
+            // The old settings stay, and the panel shows them again.
+            Err(error @ RenderError::CacheTooLarge { .. }) => self.tell(error.to_string()),
+            changed => changed?,
+        }
         self.scene_cache = None;
         Ok(())
     }

@@ -1,7 +1,7 @@
 use super::{Flight, FlightError, Keyframe};
 use crate::CameraView;
 
-/// Makes a flight of the views of a session, without a keyframe for every frame.
+/// Makes a flight of the views as they are flown, without a keyframe for every frame.
 ///
 /// A view becomes a keyframe [`FlightRecorder::INTERVAL_S`] after the one before it. While the
 /// camera stands still nothing is added; when it moves again, the moment it began is.

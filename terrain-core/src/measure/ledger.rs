@@ -65,6 +65,13 @@ impl FrameLedger {
         *total = total.saturating_add(bytes);
     }
 
+    /// Counts what another ledger has counted.
+    pub fn add_all(&mut self, totals: &ByteTotals) {
+        for cause in ByteCause::ALL {
+            self.add(cause, totals.get(cause));
+        }
+    }
+
     /// What has been counted since [`FrameLedger::take`].
     pub fn totals(&self) -> ByteTotals {
         self.totals

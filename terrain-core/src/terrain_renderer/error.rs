@@ -15,6 +15,21 @@ pub enum RenderError {
     /// A tile without which nothing can be drawn.
     #[error(transparent)]
     Load(#[from] LoadError),
+    /// The cache's texture would be larger than the device can make one.
+    #[error(
+        "a cache of {columns} x {rows} tiles of {tile_texels} texels a side is more than the \
+         adapter's textures hold ({most_texels} texels a side); choose a smaller cache"
+    )]
+    CacheTooLarge {
+        /// Slots across.
+        columns: u32,
+        /// Slots down.
+        rows: u32,
+        /// Side of a slot of the layer with the larger tiles, gutter counted, in texels.
+        tile_texels: u32,
+        /// Longest side of a texture, in texels.
+        most_texels: u32,
+    },
     /// The system gives no threads for loading.
     #[error("cannot start the threads that load tiles: {0}")]
     Threads(#[from] std::io::Error),
