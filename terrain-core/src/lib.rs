@@ -71,6 +71,7 @@ pub mod renderer_settings;
 pub mod residency;
 mod resident_terrain;
 pub mod selection;
+mod srgb;
 pub mod surface;
 pub mod synth;
 mod terrain_renderer;
