@@ -22,15 +22,10 @@
 //! use std::sync::atomic::AtomicBool;
 //!
 //! use terrain_core::dataset::Dataset;
-//! use terrain_core::prepare::{PrepareRequest, Progress, prepare};
+//! use terrain_core::prepare::{NoProgress, PrepareRequest, prepare};
 //! use terrain_core::residency::{OffsetTable, TileCache};
 //! use terrain_core::selection::{SelectionConfig, TileTree, VisibleRegion, select};
 //! use terrain_core::{CameraView, tiling::TileId};
-//!
-//! struct Silent;
-//! impl Progress for Silent {
-//!     fn advanced(&self, _stage: &str, _done: u64, _total: u64) {}
-//! }
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let folder = tempfile::tempdir()?;
@@ -38,7 +33,7 @@
 //! let mut request =
 //!     PrepareRequest::new(vec![heights.into()], Vec::new(), folder.path().join("demo"));
 //! request.epsg = Some(3395);
-//! prepare(&request, &Silent, &AtomicBool::new(false))?;
+//! prepare(&request, &NoProgress, &AtomicBool::new(false))?;
 //!
 //! let dataset = Dataset::open(&request.out)?;
 //! let tree = TileTree::of_source(&dataset);
@@ -76,6 +71,7 @@ pub mod renderer_settings;
 pub mod residency;
 mod resident_terrain;
 pub mod selection;
+mod srgb;
 pub mod surface;
 pub mod synth;
 mod terrain_renderer;

@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3, dvec2};
 use terrain_core::dataset::{Dataset, HeightTile, TileSource};
-use terrain_core::prepare::{PrepareRequest, Progress, prepare};
+use terrain_core::prepare::{NoProgress, PrepareRequest, prepare};
 use terrain_core::tiling::TileId;
 use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
 use terrain_tests::{AnalyticSource, Surface, gpu};
@@ -128,12 +128,6 @@ fn a_cone_is_met_within_a_part_of_a_pixel() {
     }
 }
 
-struct Silent;
-
-impl Progress for Silent {
-    fn advanced(&self, _stage: &str, _done: u64, _total: u64) {}
-}
-
 /// The surface as the finest level holds it: bilinear between its samples, in f64.
 struct FinestLevel<'a> {
     dataset: &'a Dataset,
@@ -165,7 +159,7 @@ fn measure_file(
     let out = folder.path().join("dataset");
     let mut request = PrepareRequest::new(vec![heights.to_owned()], Vec::new(), out.clone());
     request.epsg = epsg;
-    prepare(&request, &Silent, &AtomicBool::new(false)).unwrap();
+    prepare(&request, &NoProgress, &AtomicBool::new(false)).unwrap();
     let dataset = Arc::new(Dataset::open(&out).unwrap());
     let view = view_of(&dataset);
     let mut finest = FinestLevel { dataset: &dataset, tiles: HashMap::new() };

@@ -7,7 +7,6 @@ mod ground_pick;
 mod keys;
 mod panel;
 mod plots;
-
 mod scene_cache;
 mod surface;
 mod texture_view;

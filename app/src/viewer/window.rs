@@ -17,7 +17,6 @@ use super::camera_controls::{CameraControls, ControlBounds};
 use super::flight_deck::FlightDeck;
 use super::panel::Panel;
 use super::plots::FrameHistory;
-
 use super::scene_cache::SceneCache;
 use super::surface::{Acquired, SurfaceFrame, WindowSurface};
 use super::texture_view::TextureView;

@@ -1,6 +1,6 @@
 //! Everything that touches the GPU: one file a pass or resource. Planning happens elsewhere, in pure
-//! code; what is here executes plans. wgpu types do not leave this module, `terrain_renderer.rs` and
-//! the application's viewer.
+//! code; what is here executes plans. wgpu types do not leave this module, `terrain_renderer.rs`
+//! with its folder and the application's viewer.
 
 mod adapter_survey;
 mod atlas;

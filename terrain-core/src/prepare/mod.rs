@@ -19,7 +19,7 @@ mod row_pyramid;
 mod run;
 pub mod source;
 mod summary;
-pub(crate) mod texel;
+mod texel;
 mod void_fill;
 
 use std::path::Path;

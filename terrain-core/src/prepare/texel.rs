@@ -2,6 +2,8 @@
 
 use std::sync::LazyLock;
 
+use crate::srgb::{linear_from_srgb, srgb_from_linear};
+
 /// A texel that can be averaged with its neighbours.
 pub trait Texel: Copy + Send + Sync + 'static {
     /// A texel of nothing.
@@ -94,7 +96,7 @@ impl LinearColour {
     }
 }
 
-/// Linear light in 0..=65535 of each sRGB code (IEC 61966-2-1).
+/// Linear light in 0..=65535 of each sRGB code.
 pub static LINEAR_FROM_SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| {
     std::array::from_fn(|code| (FULL as f64 * linear_from_srgb(code as f64 / 255.0)) as f32)
 });
@@ -105,16 +107,6 @@ static WHOLE_LINEAR_FROM_SRGB: LazyLock<[u16; 256]> =
 static SRGB_FROM_LINEAR: LazyLock<[u8; 65536]> = LazyLock::new(|| {
     std::array::from_fn(|linear| (255.0 * srgb_from_linear(linear as f64 / 65535.0)).round() as u8)
 });
-
-/// Linear light in 0..=1 of an sRGB-encoded value in 0..=1 (IEC 61966-2-1).
-pub fn linear_from_srgb(encoded: f64) -> f64 {
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-}
-
-/// The inverse of [`linear_from_srgb`].
-pub fn srgb_from_linear(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
-}
 
 #[cfg(test)]
 mod tests {

@@ -1,13 +1,13 @@
 //! The imagery under a piece of ground.
 
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 
 use glam::{DVec2, Vec3, Vec4, dvec2};
 
 use super::footprint::Footprint;
 use super::lazy_tiles::LazyTiles;
 use crate::dataset::{ColourTile, LoadError, TileSource};
-use crate::prepare::texel::linear_from_srgb;
+use crate::srgb::LINEAR_FROM_CODE;
 use crate::tiling::{Extent, LayerLayout, TilingScheme};
 
 /// Most taps along a footprint's longer axis. Longer ones are filtered from coarser texels.
@@ -126,9 +126,7 @@ impl ColourGrid {
 }
 
 fn linear([r, g, b, coverage]: [u8; 4]) -> Vec4 {
-    static OF_CODE: LazyLock<[f32; 256]> =
-        LazyLock::new(|| std::array::from_fn(|code| linear_from_srgb(code as f64 / 255.0) as f32));
-    let table = &*OF_CODE;
+    let table = &*LINEAR_FROM_CODE;
     let of = |code: u8| table[usize::from(code)];
     Vec4::new(of(r), of(g), of(b), f32::from(coverage) / 255.0)
 }

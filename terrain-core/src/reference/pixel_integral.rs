@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::prepare::texel::srgb_from_linear;
+use crate::srgb::srgb_from_linear;
 
 /// When a pixel has had enough rays.
 #[derive(Clone, Copy, Debug)]

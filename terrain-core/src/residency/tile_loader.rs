@@ -92,6 +92,7 @@ impl<T: Send + 'static> TileLoader<T> {
 
     /// Waits until [`TileLoader::poll`] has something to give, at most for `timeout`; returns whether
     /// it has. Returns at once where nothing is under way.
+    #[cfg(test)]
     pub fn wait_any(&self, timeout: Duration) -> bool {
         let state = self.wait_while(timeout, |state| state.delivered.is_empty() && state.is_busy());
         !state.delivered.is_empty()
@@ -122,6 +123,7 @@ impl<T: Send + 'static> TileLoader<T> {
     }
 
     /// Whether nothing is queued, being loaded or waiting to be taken.
+    #[cfg(test)]
     pub fn is_idle(&self) -> bool {
         let state = self.shared.lock();
         !state.is_busy() && state.delivered.is_empty()

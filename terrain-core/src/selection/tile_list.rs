@@ -62,6 +62,7 @@ impl TileList {
     }
 
     /// The list of level 0 and these tiles. Tiles that do not exist are left out.
+    #[cfg(test)]
     pub fn of_tiles(
         tree: &TileTree,
         eye: DVec3,
@@ -151,6 +152,7 @@ impl TileList {
 
     /// The node of `tile`, a child of `parent`'s tile, added together with what is known of its
     /// siblings where it is new.
+    #[cfg(test)]
     fn child_node(
         &mut self,
         tree: &TileTree,

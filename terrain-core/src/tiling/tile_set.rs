@@ -93,11 +93,6 @@ impl TileSet {
         words[word] |= bit;
     }
 
-    /// Number of tiles of one level.
-    pub fn len_of_level(&self, level: u8) -> u64 {
-        self.runs_of_level(level).map(|(_, first, last)| u64::from(last - first) + 1).sum()
-    }
-
     /// Every tile, coarsest level first, then by row and column.
     pub fn iter(&self) -> impl Iterator<Item = TileId> + '_ {
         self.rows.iter().flat_map(|(&(level, row), runs)| {
@@ -105,12 +100,6 @@ impl TileSet {
                 (first..=last).map(move |column| TileId::new(level, row, column))
             })
         })
-    }
-
-    fn runs_of_level(&self, level: u8) -> impl Iterator<Item = (u32, u32, u32)> + '_ {
-        self.rows
-            .range((level, 0)..=(level, u32::MAX))
-            .flat_map(|(&(_, row), runs)| runs.iter().map(move |&(first, last)| (row, first, last)))
     }
 }
 
@@ -142,7 +131,6 @@ mod tests {
             let set: TileSet = ids.iter().map(|&(r, c)| TileId::new(level, r, c)).collect();
             prop_assert_eq!(set.iter().collect::<Vec<_>>(), plain.iter().copied().collect::<Vec<_>>());
             prop_assert_eq!(set.len(), plain.len() as u64);
-            prop_assert_eq!(set.len_of_level(level), plain.len() as u64);
             for row in 0..4 {
                 for column in 0..16 {
                     let tile = TileId::new(level, row, column);

@@ -54,6 +54,7 @@ impl SpanView {
     }
 
     /// The pixel's footprint across the direction of view, its smaller extreme: `2 phi / cos(theta)`.
+    #[cfg(test)]
     pub fn footprint_across(&self) -> f64 {
         2.0 * self.half_pixel_rad * self.slant()
     }
@@ -66,6 +67,7 @@ impl SpanView {
     /// Bounds of the level of detail where a texel of level 0 is `texel` heights wide: formula (7).
     /// The lower bound is that of a pixel whose sides lie along the direction of view, the upper that
     /// of one turned by 45 degrees.
+    #[cfg(test)]
     pub fn lod_bounds(&self, texel: f64) -> [f64; 2] {
         let level = (self.footprint_along() / texel).log2();
         [level, level + LOD_TOLERANCE]

@@ -3,8 +3,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use super::colour_codes::srgb_from_linear;
 use super::grid::middle_and_normal;
-use super::srgb::srgb_from_linear;
 use super::{
     DistanceSet, Footprint, FootprintIntegral, Knot, KnotBudget, KnotSearch, LimitRelief,
     LimitSurface, LimitSurfaceError, TriangleColours,

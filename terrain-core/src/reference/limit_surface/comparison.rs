@@ -6,6 +6,7 @@ use super::{
     cast_picture,
 };
 use crate::CameraView;
+use crate::measure::error::Spread;
 
 /// One way of colouring on a dataset's ground, against the ideal filter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -62,16 +63,13 @@ impl GroundComparison {
 
     fn of(name: &str, rays: u32, found: &CastPicture, ideal: &CastPicture) -> Self {
         let apart = |(a, b): (&Vec3, &Vec3)| f64::from((*a - *b).abs().max_element());
-        let mut errors: Vec<f64> = found.linear.iter().zip(&ideal.linear).map(apart).collect();
-        errors.sort_by(f64::total_cmp);
-        let count = errors.len().max(1);
-        let at = |index: usize| errors.get(index).copied().unwrap_or(0.0);
+        let errors = Spread::of(found.linear.iter().zip(&ideal.linear).map(apart));
         Self {
             name: name.to_owned(),
             rays,
-            mean: errors.iter().sum::<f64>() / count as f64,
-            p99: at((count - 1) * 99 / 100),
-            largest: at(count - 1),
+            mean: errors.map_or(0.0, |errors| errors.mean),
+            p99: errors.map_or(0.0, |errors| errors.p99),
+            largest: errors.map_or(0.0, |errors| errors.max),
             accesses: found.accesses,
         }
     }

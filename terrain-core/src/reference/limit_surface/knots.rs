@@ -1,4 +1,4 @@
-use super::srgb::{code_from_linear, linear_from_code};
+use super::colour_codes::{code_from_linear, linear_from_code};
 
 /// Finds the best piecewise-linear approximation of one triangle's colour over distance, for any
 /// number of knots.

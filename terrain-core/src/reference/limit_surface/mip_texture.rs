@@ -1,7 +1,7 @@
 use glam::{DVec2, DVec3, Vec3, Vec4};
 
+use super::colour_codes::linear_from_code;
 use super::footprint::SurfaceTexture;
-use super::srgb::linear_from_code;
 use crate::prepare::{LinearColour, Texel};
 
 /// A picture draped over the ground from above, with its mip levels: the texture that colours are

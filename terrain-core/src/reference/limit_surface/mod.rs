@@ -21,6 +21,7 @@
 
 mod build;
 mod cast;
+mod colour_codes;
 mod comparison;
 mod dataset_ground;
 mod distances;
@@ -37,7 +38,6 @@ mod picture;
 mod prepare;
 mod ray_pattern;
 mod relief;
-mod srgb;
 mod study;
 mod study_report;
 mod surface;

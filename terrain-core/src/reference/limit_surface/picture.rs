@@ -170,7 +170,7 @@ impl CastPicture {
     /// sRGB with alpha 255, as the renderer's pictures are.
     pub fn to_rgba(&self) -> Vec<u8> {
         let pixel = |&linear: &Vec3| {
-            let [red, green, blue] = super::srgb::srgb_from_linear(linear);
+            let [red, green, blue] = super::colour_codes::srgb_from_linear(linear);
             [red, green, blue, 255]
         };
         self.linear.iter().flat_map(pixel).collect()

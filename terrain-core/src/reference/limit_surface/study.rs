@@ -3,8 +3,8 @@ use std::sync::atomic::AtomicBool;
 use glam::{DVec2, DVec3, Vec3, dvec2};
 use serde::Serialize;
 
+use super::colour_codes::srgb_from_linear;
 use super::half_plane::HalfPlane;
-use super::srgb::srgb_from_linear;
 use super::{
     CastSettings, ColourBuild, DistanceSet, KnotRule, LimitGrid, LimitMemory, LimitRelief,
     LimitSurface, LimitSurfaceError, MipTexture, RayColour, RayPattern, cast_picture,

@@ -1,7 +1,7 @@
 use glam::Vec3;
 
 use super::DistanceSet;
-use super::srgb::linear_from_srgb;
+use super::colour_codes::linear_from_srgb;
 
 /// The colour of every triangle as a function of the distance it is seen from, T = {(C_1, d_1), ..,
 /// (C_N, d_N)} of formula (2), each triangle with knots of its own.

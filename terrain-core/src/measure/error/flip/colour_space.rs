@@ -4,6 +4,8 @@ use std::sync::LazyLock;
 
 use glam::{DMat3, DVec3, Mat3, Vec3, dvec3, vec3};
 
+use crate::srgb::LINEAR_FROM_CODE;
+
 /// XYZ of linear RGB with the primaries and the white of sRGB, as the ratios of whole numbers that
 /// the paper's own program uses.
 const XYZ_FROM_LINEAR: DMat3 = DMat3::from_cols(
@@ -17,8 +19,6 @@ struct Conversions {
     /// XYZ over that of white, from linear RGB.
     white_parts_from_linear: Mat3,
     linear_from_white_parts: Mat3,
-    /// Linear value of each sRGB step.
-    linear_from_step: [f32; 256],
 }
 
 static CONVERSIONS: LazyLock<Conversions> = LazyLock::new(|| {
@@ -27,18 +27,12 @@ static CONVERSIONS: LazyLock<Conversions> = LazyLock::new(|| {
     Conversions {
         white_parts_from_linear: white_parts_from_linear.as_mat3(),
         linear_from_white_parts: white_parts_from_linear.inverse().as_mat3(),
-        linear_from_step: std::array::from_fn(|step| linear_from_srgb(step as f64 / 255.0) as f32),
     }
 });
 
-/// IEC 61966-2-1.
-fn linear_from_srgb(value: f64) -> f64 {
-    if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
-}
-
 /// YCxCz, the linearised CIELAB in which the filter works: luminance 0..=100, red-green, blue-yellow.
 pub(super) fn opponent_from_srgb(srgb: [u8; 3]) -> Vec3 {
-    let linear = srgb.map(|step| CONVERSIONS.linear_from_step[usize::from(step)]);
+    let linear = srgb.map(|step| LINEAR_FROM_CODE[usize::from(step)]);
     let parts = CONVERSIONS.white_parts_from_linear * Vec3::from(linear);
     vec3(116.0 * parts.y - 16.0, 500.0 * (parts.x - parts.y), 200.0 * (parts.y - parts.z))
 }
@@ -91,7 +85,7 @@ mod tests {
     #[test]
     fn a_colour_survives_the_way_there_and_back() {
         for srgb in [[255, 0, 0], [0, 255, 0], [0, 0, 255], [12, 200, 77], [128; 3]] {
-            let linear = srgb.map(|step| linear_from_srgb(f64::from(step) / 255.0) as f32);
+            let linear = srgb.map(|step| LINEAR_FROM_CODE[usize::from(step)]);
             let back = screen_colour_from_opponent(opponent_from_srgb(srgb));
             assert!((back - Vec3::from(linear)).abs().max_element() < 2.0e-6, "{srgb:?}: {back}");
         }

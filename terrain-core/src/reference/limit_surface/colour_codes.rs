@@ -1,12 +1,14 @@
-//! sRGB codes and linear light (IEC 61966-2-1), by tables: preparing looks up billions.
+//! sRGB codes of linear light and back, by tables: preparing looks up billions.
 
 use std::sync::LazyLock;
 
 use glam::Vec3;
 
+use crate::srgb::{self, LINEAR_FROM_CODE};
+
 /// Linear light of a code; 0..=1.
 pub fn linear_from_code(code: u8) -> f32 {
-    LINEAR[usize::from(code)]
+    LINEAR_FROM_CODE[usize::from(code)]
 }
 
 /// Linear light of an sRGB colour.
@@ -29,26 +31,11 @@ pub fn code_from_linear(linear: f32) -> f32 {
 
 const INTERVALS: usize = 4096;
 
-static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
-    std::array::from_fn(|code| {
-        let encoded = code as f64 / 255.0;
-        let linear = if encoded <= 0.04045 {
-            encoded / 12.92
-        } else {
-            ((encoded + 0.055) / 1.055).powf(2.4)
-        };
-        linear as f32
-    })
-});
-
 static CODES: LazyLock<Vec<f32>> = LazyLock::new(|| {
-    let code = |index: usize| (255.0 * encoded(index as f64 / INTERVALS as f64)) as f32;
+    let code =
+        |index: usize| (255.0 * srgb::srgb_from_linear(index as f64 / INTERVALS as f64)) as f32;
     (0..=INTERVALS).map(code).collect()
 });
-
-fn encoded(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
-}
 
 #[cfg(test)]
 mod tests {
@@ -61,7 +48,8 @@ mod tests {
         }
         for index in 0..100_000 {
             let linear = f64::from(index) / 99_999.0;
-            let error = f64::from(code_from_linear(linear as f32)) - 255.0 * encoded(linear);
+            let error =
+                f64::from(code_from_linear(linear as f32)) - 255.0 * srgb::srgb_from_linear(linear);
             assert!(error.abs() < 0.005, "{linear}: {error}");
         }
     }
