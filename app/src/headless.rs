@@ -50,6 +50,8 @@ impl Headless {
         };
         self.gpu.wait()?;
         record.frame_ms = started.elapsed().as_secs_f64() * 1.0e3;
+        // The renderer could tell only of an earlier picture.
+        record.gpu_ms = self.renderer.latest_gpu_ms();
         for failure in self.renderer.take_failures() {
             output::say(&format!("terrain: {failure}"));
         }

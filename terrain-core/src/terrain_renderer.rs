@@ -244,14 +244,15 @@ impl TerrainRenderer {
         self.receive_region();
         let select_ms = self.select(view);
         let mut encoder = self.encoder();
+        let measuring = target.is_some() && self.timer.begin();
+        self.timer.stamp_beginning(&mut encoder, measuring);
         let arrivals = self.stream(&mut encoder);
         let moved = (arrivals.count() as u64, arrivals.evicted() as u64);
         self.terrain.keep(arrivals.heights);
         let scene = self.scene(view);
-        let measuring = target.is_some() && self.timer.begin();
         self.set_up(&scene);
         let asks = self.wants_coordinates(&scene) && self.feedback.is_free();
-        self.displace(&mut encoder, &scene, asks, measuring);
+        self.displace(&mut encoder, &scene, asks);
         let ticket = if asks { self.ask_coordinates(&mut encoder, &scene) } else { None };
         if let Some((target, format)) = target {
             self.draw(&mut encoder, &scene, target, format, measuring);
@@ -366,11 +367,10 @@ impl TerrainRenderer {
         encoder: &mut wgpu::CommandEncoder,
         scene: &SceneState,
         coordinates: bool,
-        measuring: bool,
     ) {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("displace"),
-            timestamp_writes: self.timer.first_pass(measuring),
+            timestamp_writes: None,
         });
         let picture = self.displaced != Some(*scene);
         self.meshes.displace(&mut pass, &self.bindings, [picture, coordinates]);

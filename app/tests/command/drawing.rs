@@ -117,6 +117,8 @@ fn a_flight_makes_a_row_and_a_picture_a_frame() {
         assert_eq!(row.len(), header.len());
         assert_eq!((row[0], row[column("tiles_missing")]), ("rtt-quadtree", "0"));
     }
+    let gpu_times = rows.iter().filter(|row| !row[column("gpu_ms")].is_empty()).count();
+    assert!(gpu_times == 0 || gpu_times == 3, "every frame has its own time or the GPU tells none");
     let frames: Vec<&str> = rows.iter().map(|row| row[column("frame")]).collect();
     assert_eq!(frames, ["0", "900", "1800"], "60 s at 30 frames a second");
     assert_eq!(std::fs::read_dir(&pictures).unwrap().count(), 3);

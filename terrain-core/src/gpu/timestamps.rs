@@ -56,14 +56,19 @@ impl FrameTimer {
         self.inner.as_ref().is_some_and(|timer| matches!(timer.state, State::Free))
     }
 
-    /// The stamp for the first pass of the frame.
-    pub fn first_pass(&self, measuring: bool) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
-        let timer = self.inner.as_ref().filter(|_| measuring)?;
-        Some(wgpu::ComputePassTimestampWrites {
-            query_set: &timer.queries,
-            beginning_of_pass_write_index: Some(0),
-            end_of_pass_write_index: None,
-        })
+    /// Records the stamp of the frame's beginning: an empty pass, as which pass comes first depends on
+    /// what has arrived.
+    pub fn stamp_beginning(&self, encoder: &mut wgpu::CommandEncoder, measuring: bool) {
+        if let Some(timer) = self.inner.as_ref().filter(|_| measuring) {
+            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some("beginning of the frame"),
+                timestamp_writes: Some(wgpu::ComputePassTimestampWrites {
+                    query_set: &timer.queries,
+                    beginning_of_pass_write_index: Some(0),
+                    end_of_pass_write_index: None,
+                }),
+            });
+        }
     }
 
     /// The stamp for the last pass of the frame.
@@ -98,14 +103,18 @@ impl FrameTimer {
         }
     }
 
-    /// Milliseconds of the latest frame measured, `None` before the first or without queries.
+    /// Milliseconds of the latest frame whose stamps are back; `None` before the first, without queries
+    /// or where that frame's stamps cannot be read.
     pub fn latest_ms(&mut self) -> Option<f64> {
         let timer = self.inner.as_mut()?;
         if let State::Waiting(state) = &timer.state {
             let answer = state.load(Ordering::Acquire);
             if answer == 1 {
-                self.latest_ms = read_ms(&timer.readback, timer.period_ns).or(self.latest_ms);
+                self.latest_ms = read_ms(&timer.readback, timer.period_ns);
                 timer.readback.unmap();
+            }
+            if answer == 2 {
+                self.latest_ms = None;
             }
             if answer != 0 {
                 timer.state = State::Free;

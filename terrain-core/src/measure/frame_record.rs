@@ -16,7 +16,8 @@ pub struct FrameRecord {
     pub frame_ms: f64,
     /// Work of the CPU, waiting not counted, milliseconds.
     pub cpu_ms: f64,
-    /// Work of the GPU by its own timestamps, milliseconds; `None` where it has none.
+    /// Work of the GPU by its own timestamps, milliseconds; `None` where it has none. Of a frame that
+    /// was not waited for, that of the latest picture whose timestamps were back.
     pub gpu_ms: Option<f64>,
     /// Selection of tiles on the CPU, milliseconds.
     pub select_ms: f64,

@@ -62,20 +62,22 @@ impl Knob {
     /// are.
     ///
     /// # Errors
-    /// [`KnobError::Value`] where the knob has no such position.
+    /// [`KnobError::Value`] where the knob has no such position, or one out of range.
     pub fn turned(
         self,
         settings: RendererSettings,
         value: &str,
     ) -> Result<RendererSettings, KnobError> {
         let wrong = |expected| KnobError::Value { knob: self, value: value.to_owned(), expected };
+        let settings = settings.checked();
+        let expected = self.positions();
         let positive = || {
             let number = value.parse::<f64>().ok().filter(|n| n.is_finite() && *n > 0.0);
-            number.ok_or_else(|| wrong("a positive number"))
+            number.ok_or_else(|| wrong(expected))
         };
         let sides = |most: u32| {
             let sides = two_sides(value).filter(|s| s.iter().all(|side| *side <= most));
-            sides.ok_or_else(|| wrong("two numbers in range, such as 8x6"))
+            sides.ok_or_else(|| wrong(expected))
         };
         let turned = match self {
             Self::TexelPx => RendererSettings { texel_px: positive()?, ..settings },
@@ -90,12 +92,25 @@ impl Knob {
             }
             Self::ReadbackLatency => {
                 let frames = value.parse().ok().filter(|n| *n <= MOST_LATENCY_FRAMES);
-                let frames = frames.ok_or_else(|| wrong("a number of frames from 0 to 16"))?;
+                let frames = frames.ok_or_else(|| wrong(expected))?;
                 RendererSettings { readback_latency_frames: frames, ..settings }
             }
             Self::Dataset => settings,
         };
-        Ok(turned.checked())
+        // A run must not be called after a value that it was not drawn with.
+        if turned.checked() == turned { Ok(turned) } else { Err(wrong(expected)) }
+    }
+
+    /// What the knob can be set to, in words.
+    fn positions(self) -> &'static str {
+        match self {
+            Self::TexelPx => "a number from 0.1 to 64",
+            Self::TrianglePx => "a number from 1 to 64",
+            Self::Cache => "two numbers in range, such as 8x6",
+            Self::CoordinateSize => "two numbers from 8 to 2048, such as 160x90",
+            Self::ReadbackLatency => "a number of frames from 0 to 16",
+            Self::Dataset => "a folder",
+        }
     }
 }
 
@@ -175,6 +190,18 @@ mod tests {
         assert_eq!(turned("coordinate-size=80x45").coordinate_size_px, [80, 45]);
         assert_eq!(turned("readback-latency=3").readback_latency_frames, 3);
         assert_eq!(turned("dataset=plain"), plain);
+    }
+
+    #[test]
+    fn a_value_that_would_be_changed_is_refused() {
+        for text in ["texel-px=1,1000", "texel-px=0.01", "triangle-px=0.5", "coordinate-size=4x90"]
+        {
+            let error = text.parse::<Sweep>().unwrap_err().to_string();
+            assert!(error.contains("from"), "{error}");
+        }
+        for text in ["texel-px=0.1,64", "triangle-px=1,64", "coordinate-size=8x8,2048x2048"] {
+            assert!(text.parse::<Sweep>().is_ok(), "{text}");
+        }
     }
 
     #[test]

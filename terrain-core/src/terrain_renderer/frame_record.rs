@@ -4,6 +4,14 @@ use super::TerrainRenderer;
 use crate::measure::FrameRecord;
 
 impl TerrainRenderer {
+    /// Milliseconds the GPU took for the latest picture whose timestamps have come back: after a wait
+    /// for the GPU, for the picture drawn last. `None` without timestamps.
+    pub fn latest_gpu_ms(&mut self) -> Option<f64> {
+        // A failure of the device shows in the next check.
+        let _ = self.gpu.device.poll(wgpu::PollType::Poll);
+        self.timer.latest_ms()
+    }
+
     /// The record of the frame just recorded: `new` tiles came, `evicted` made way.
     pub(super) fn record(
         &mut self,

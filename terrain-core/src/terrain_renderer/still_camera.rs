@@ -77,13 +77,13 @@ impl TerrainRenderer {
         let scene = self.scene(view);
         let mut encoder = self.encoder();
         self.set_up(&scene);
-        self.displace(&mut encoder, &scene, false, false);
+        self.displace(&mut encoder, &scene, false);
         work(self, &mut encoder, &scene);
         self.gpu.queue.submit([encoder.finish()]);
         if let Some(scene) = drawn {
             let mut encoder = self.encoder();
             self.set_up(&scene);
-            self.displace(&mut encoder, &scene, false, false);
+            self.displace(&mut encoder, &scene, false);
             self.gpu.queue.submit([encoder.finish()]);
         }
         self.drawn = drawn;

@@ -8,6 +8,7 @@ mod sweep_plots;
 mod worst_frames;
 mod write;
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -157,7 +158,7 @@ fn plans(
         for value in &sweep.values {
             let mut plan = plain();
             plan.settings = sweep.knob.turned(plan.settings, value)?;
-            let setting = format!("{}={}", sweep.knob.name(), short_value(sweep.knob, value));
+            let setting = format!("{}={}", sweep.knob.name(), short_value(sweep, value));
             let many = args.strategies.len() > 1;
             plan.name = if many { format!("{} {setting}", plan.name) } else { setting };
             if sweep.knob == Knob::Dataset {
@@ -166,12 +167,24 @@ fn plans(
             plans.push(plan);
         }
     }
+    check_names(plans.iter().map(|plan| plan.name.as_str()))?;
     Ok(plans)
 }
 
-/// Folders are known by their last name.
-fn short_value(knob: Knob, value: &str) -> String {
-    if knob == Knob::Dataset { name_of(Path::new(value)) } else { value.to_owned() }
+/// Tables, files and plots tell runs apart by their names alone.
+fn check_names<'a>(names: impl IntoIterator<Item = &'a str>) -> anyhow::Result<()> {
+    let mut seen = HashSet::new();
+    for name in names {
+        ensure!(seen.insert(name), "two runs would be called {name}: give each value once");
+    }
+    Ok(())
+}
+
+/// Folders are known by their last name, unless another of the sweep has the same.
+fn short_value(sweep: &Sweep, value: &str) -> String {
+    let last = |value: &str| name_of(Path::new(value));
+    let namesakes = sweep.values.iter().filter(|other| last(other) == last(value)).count();
+    if sweep.knob == Knob::Dataset && namesakes == 1 { last(value) } else { value.to_owned() }
 }
 
 fn name_of(path: &Path) -> String {
@@ -198,5 +211,24 @@ fn flight(
     match &args.flight {
         Some(path) => flights::read(path, source.manifest()),
         None => flights::tour(source, exaggeration),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_of_one_name_are_refused() {
+        assert!(check_names(["a", "b"]).is_ok());
+        let error = check_names(["a", "b", "a"]).unwrap_err().to_string();
+        assert!(error.contains("called a:"), "{error}");
+    }
+
+    #[test]
+    fn folders_with_the_same_last_name_keep_their_paths() {
+        let sweep = "dataset=x/alps,y/alps,y/jura".parse::<Sweep>().unwrap();
+        let names = sweep.values.iter().map(|value| short_value(&sweep, value));
+        assert_eq!(names.collect::<Vec<_>>(), ["x/alps", "y/alps", "jura"]);
     }
 }

@@ -8,7 +8,7 @@ use terrain_core::measure::report::{
 use terrain_core::measure::sweep::Knob;
 
 use super::course::RunResult;
-use super::run_summary::RunSummary;
+use super::run_summary::{RunSummary, RunTime};
 use super::sweep_plots::{ParetoFront, Trade};
 
 /// Width and height of a plot in pixels.
@@ -154,8 +154,9 @@ impl Page {
     /// A few lines for the terminal.
     pub fn text(&self) -> String {
         let mut text = String::new();
+        let time = RunTime::of(&self.summaries, self.scene.settle);
         for run in &self.summaries {
-            let time_ms = run.run_time_ms(self.scene.settle);
+            let time_ms = time.median_ms(run);
             let kib = run.bytes_a_frame.upload / 1024.0;
             let (flip, screen) = (run.error("flip_mean"), run.error("screen_error_px_p99"));
             // Writing to a string cannot fail.

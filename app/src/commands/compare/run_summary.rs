@@ -57,6 +57,57 @@ pub struct BytesAFrame {
     pub disk: f64,
 }
 
+/// Which time of a frame is set against errors: its median over a run's frames, as a mean would
+/// count what only the first frame does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RunTime {
+    /// From the beginning of a frame to its end.
+    Frame,
+    /// The GPU's own.
+    Gpu,
+    /// The CPU's.
+    Cpu,
+}
+
+impl RunTime {
+    /// The time to set against errors of these runs. Where every frame waits for its tiles its time is
+    /// that of the disk: the GPU's own then, or the CPU's where a run has no timestamps.
+    pub fn of(runs: &[RunSummary], settle: bool) -> Self {
+        match settle {
+            false => Self::Frame,
+            true if runs.iter().all(|run| run.gpu_ms.is_some()) => Self::Gpu,
+            true => Self::Cpu,
+        }
+    }
+
+    /// The run's median, milliseconds.
+    pub fn median_ms(self, run: &RunSummary) -> f64 {
+        match self {
+            Self::Frame => run.frame_ms.p50,
+            Self::Gpu => run.gpu_ms.map_or(f64::NAN, |spread| spread.p50),
+            Self::Cpu => run.cpu_ms.p50,
+        }
+    }
+
+    /// What the time is called on a plot.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Frame => "time a frame, median (ms)",
+            Self::Gpu => "GPU time a frame, median (ms)",
+            Self::Cpu => "CPU time a frame, median (ms)",
+        }
+    }
+
+    /// What the time is called in `summary.json`.
+    pub fn column(self) -> &'static str {
+        match self {
+            Self::Frame => "frame_ms_p50",
+            Self::Gpu => "gpu_ms_p50",
+            Self::Cpu => "cpu_ms_p50",
+        }
+    }
+}
+
 impl RunSummary {
     /// The summary of a run.
     pub fn of(run: &RunResult) -> Self {
@@ -80,13 +131,6 @@ impl RunSummary {
             bytes_a_frame: BytesAFrame::of(records),
             mean_errors: mean_errors(records),
         }
-    }
-
-    /// Run time of a frame in milliseconds for setting against errors. Where every frame waits for its
-    /// tiles its time is that of the disk: the GPU's own then, where it is known.
-    pub fn run_time_ms(&self, settle: bool) -> f64 {
-        let gpu_ms = self.gpu_ms.filter(|_| settle).map(|spread| spread.mean);
-        gpu_ms.unwrap_or(if settle { self.cpu_ms.mean } else { self.frame_ms.mean })
     }
 
     /// Mean of a column of errors; not a number where it was not measured.
@@ -149,7 +193,26 @@ mod tests {
         assert_eq!((summary.frames, summary.measured_frames), (2, 1));
         assert_eq!((summary.error("flip_mean"), summary.bytes_a_frame.upload), (0.25, 50.0));
         assert!((summary.jank_sum_ms - (30.0 - 1000.0 / 60.0)).abs() < 1.0e-9);
-        assert_eq!((summary.run_time_ms(false), summary.run_time_ms(true)), (20.0, 0.0));
         assert!(summary.error("ssim").is_nan());
+    }
+
+    #[test]
+    fn the_time_shown_is_the_time_named() {
+        let summary = |gpu_ms: Option<f64>| {
+            let first =
+                FrameRecord { frame_ms: 900.0, cpu_ms: 800.0, gpu_ms, ..Default::default() };
+            let later = FrameRecord { frame_ms: 30.0, cpu_ms: 3.0, gpu_ms, ..Default::default() };
+            let records = vec![first, later.clone(), later];
+            let (name, strategy) = ("a".into(), Strategy::default());
+            RunSummary::of(&RunResult { name, strategy, records, worst: Vec::new() })
+        };
+        let chosen = |runs: &[RunSummary], settle: bool| {
+            let time = RunTime::of(runs, settle);
+            (time.column(), time.median_ms(&runs[0]))
+        };
+        let (timed, untimed) = (summary(Some(7.0)), summary(None));
+        assert_eq!(chosen(std::slice::from_ref(&timed), false), ("frame_ms_p50", 30.0));
+        assert_eq!(chosen(std::slice::from_ref(&timed), true), ("gpu_ms_p50", 7.0));
+        assert_eq!(chosen(&[timed, untimed], true), ("cpu_ms_p50", 3.0));
     }
 }

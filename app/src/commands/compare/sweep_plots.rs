@@ -2,7 +2,7 @@ use serde::Serialize;
 use terrain_core::measure::report::{Plot, PlotError, Series, SeriesStyle};
 use terrain_core::measure::sweep::pareto_front;
 
-use super::run_summary::RunSummary;
+use super::run_summary::{RunSummary, RunTime};
 
 /// Width and height of a plot in pixels.
 const SIZE_PX: [u32; 2] = [760, 360];
@@ -45,7 +45,7 @@ impl Trade {
     /// What the plot shows.
     pub fn caption(&self) -> String {
         let cost = match self.cost {
-            Cost::RunTime => "Run time of a frame",
+            Cost::RunTime => "Median run time of a frame",
             Cost::UploadBytes => "Bytes to the GPU a frame",
         };
         let error = match self.error {
@@ -58,7 +58,7 @@ impl Trade {
     /// The runs on the Pareto front.
     pub fn front(&self, runs: &[RunSummary], settle: bool) -> ParetoFront {
         let cost = match self.cost {
-            Cost::RunTime => "run_time_ms",
+            Cost::RunTime => RunTime::of(runs, settle).column(),
             Cost::UploadBytes => "upload_bytes_a_frame",
         };
         let front = pareto_front(&self.points(runs, settle));
@@ -81,7 +81,7 @@ impl Trade {
             style: SeriesStyle::Points,
         });
         let plot = Plot {
-            x_label: self.cost.label(settle).into(),
+            x_label: self.cost.label(RunTime::of(runs, settle)).into(),
             y_label: self.error.label().into(),
             series: std::iter::once(front).chain(dots).collect(),
             ..Default::default()
@@ -90,8 +90,9 @@ impl Trade {
     }
 
     fn points(&self, runs: &[RunSummary], settle: bool) -> Vec<[f64; 2]> {
+        let time = RunTime::of(runs, settle);
         let cost = |run: &RunSummary| match self.cost {
-            Cost::RunTime => run.run_time_ms(settle),
+            Cost::RunTime => time.median_ms(run),
             Cost::UploadBytes => run.bytes_a_frame.upload / 1024.0,
         };
         runs.iter().map(|run| [cost(run), run.error(self.error.column())]).collect()
@@ -99,10 +100,9 @@ impl Trade {
 }
 
 impl Cost {
-    fn label(self, settle: bool) -> &'static str {
+    fn label(self, time: RunTime) -> &'static str {
         match self {
-            Self::RunTime if settle => "GPU time a frame (ms)",
-            Self::RunTime => "time a frame (ms)",
+            Self::RunTime => time.label(),
             Self::UploadBytes => "to the GPU a frame (KiB)",
         }
     }
