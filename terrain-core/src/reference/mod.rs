@@ -30,6 +30,7 @@ mod patch;
 mod picture;
 mod pixel_integral;
 mod range_pyramid;
+mod ray_box;
 mod render;
 mod scene;
 mod shading;

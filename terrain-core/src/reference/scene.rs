@@ -6,7 +6,8 @@ use super::grid_walk::{Ray, Search};
 use super::height_grid::HeightGrid;
 use super::imagery::Imagery;
 use super::lazy_tiles::LazyTiles;
-use super::tile_walk::{Ground, TileWalk, part_within};
+use super::ray_box::part_within_box;
+use super::tile_walk::{Ground, TileWalk};
 use crate::dataset::{LoadError, TileSource};
 use crate::selection::TileTree;
 use crate::tiling::TileId;
@@ -149,7 +150,9 @@ impl ReferenceScene {
             self.range_m[0] * exaggeration - 2.0 * slack_m,
             self.range_m[1] * exaggeration + 2.0 * slack_m,
         ];
-        let [from, to] = part_within(origin, direction, &self.tree.data_extent, heights_m)?;
+        let extent = &self.tree.data_extent;
+        let corners = [extent.min.extend(heights_m[0]), extent.max.extend(heights_m[1])];
+        let [from, to] = part_within_box(origin, direction, corners)?;
         let ground = Ground { tiles: &self.heights, ranges: &self.tree.height_ranges };
         let (grid, hit) = TileWalk::new(ground, ray, search).first_hit(from, to)?;
         Some(SurfaceHit {

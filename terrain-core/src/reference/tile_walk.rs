@@ -1,13 +1,12 @@
 //! A ray's way over the tiles of a dataset, from near to far.
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 use super::grid_walk::{GridHit, GridWalk, Ray, Search, next_cut};
 use super::height_grid::HeightGrid;
 use super::lazy_tiles::{LazyTile, LazyTiles};
 use super::patch::Side;
 use crate::dataset::HeightRanges;
-use crate::tiling::Extent;
 
 /// What a walk needs to know of the dataset.
 #[derive(Clone, Copy)]
@@ -99,29 +98,4 @@ impl<'a> TileWalk<'a> {
         let range_m = [f64::from(range.min_m), f64::from(range.max_m)];
         self.ray.passes(range_m, [from, to], &mut self.side)
     }
-}
-
-/// The part of the ray within a box, as distances from its origin; `None` where it misses it.
-/// Borders count as in.
-pub(super) fn part_within(
-    origin: DVec3,
-    direction: DVec3,
-    extent: &Extent,
-    heights_m: [f64; 2],
-) -> Option<[f64; 2]> {
-    let (low, high) = (extent.min.extend(heights_m[0]), extent.max.extend(heights_m[1]));
-    let (mut from, mut to) = (0.0_f64, f64::INFINITY);
-    for axis in 0..3 {
-        if direction[axis] == 0.0 {
-            if origin[axis] < low[axis] || origin[axis] > high[axis] {
-                return None;
-            }
-            continue;
-        }
-        let a = (low[axis] - origin[axis]) / direction[axis];
-        let b = (high[axis] - origin[axis]) / direction[axis];
-        from = from.max(a.min(b));
-        to = to.min(a.max(b));
-    }
-    (from <= to).then_some([from, to])
 }

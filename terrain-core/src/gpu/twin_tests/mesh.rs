@@ -2,16 +2,30 @@ use glam::dvec2;
 
 use super::gpu;
 use super::sampling::Scene;
+use crate::CameraView;
 use crate::frame_setup::frame_uniforms;
 use crate::gpu::mesh_buffers::MeshBuffers;
 use crate::gpu::{FrameBindings, GpuContext, MeshScene, SceneMeshes};
 use crate::renderer_settings::RendererSettings;
 use crate::tiling::FixedPosition;
 
-const SCALE_M: f64 = 512.0;
+pub const SCALE_M: f64 = 512.0;
 
 /// Where the position lies in a displaced vertex: three floats.
 const POSITION_OFFSET: usize = 40;
+
+/// The scene as a view's mesh is made for it.
+pub fn mesh_scene<'a>(scene: &'a Scene, view: &'a CameraView) -> MeshScene<'a> {
+    MeshScene {
+        view,
+        scale_m: SCALE_M,
+        radius: 90_000.0 / SCALE_M,
+        height_range_m: [-250.0, 800.0],
+        data_extent: &scene.tree.data_extent,
+        triangle_px: 12.0,
+        has_coordinates: true,
+    }
+}
 
 /// Displaces the scene's mesh and reads every vertex back: x, y, z relative to the eye.
 fn displaced(gpu: &GpuContext, scene: &Scene) -> (SceneMeshes, Vec<[f32; 3]>) {
@@ -24,16 +38,7 @@ fn displaced(gpu: &GpuContext, scene: &Scene) -> (SceneMeshes, Vec<[f32; 3]>) {
     uniforms.height_table = tables.ranges[0];
     bindings.set_uniforms(&gpu.queue, &uniforms);
     let mut meshes = SceneMeshes::new(&gpu.device, &bindings, false);
-    let mesh_scene = MeshScene {
-        view: &view,
-        scale_m: SCALE_M,
-        radius: 90_000.0 / SCALE_M,
-        height_range_m: [-250.0, 800.0],
-        data_extent: &scene.tree.data_extent,
-        triangle_px: 12.0,
-        has_coordinates: true,
-    };
-    meshes.set_up(&gpu.device, &gpu.queue, &mesh_scene);
+    meshes.set_up(&gpu.device, &gpu.queue, &mesh_scene(scene, &view));
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&Default::default());
     meshes.displace(&mut pass, &bindings, [true, false]);

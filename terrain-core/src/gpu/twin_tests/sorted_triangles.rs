@@ -1,19 +1,18 @@
 use glam::dvec2;
 
 use super::gpu;
+use super::mesh::{SCALE_M, mesh_scene};
 use super::sampling::{COLUMNS, LAYOUT, Scene};
 use crate::dataset::{ColourFormat, ColourTile};
 use crate::frame_setup::frame_uniforms;
 use crate::gpu::{
-    FrameBindings, GpuContext, MeshScene, OFFSCREEN_FORMAT, OffscreenTarget, Picture,
-    PictureTarget, SceneMeshes, TerrainCache, TerrainPassSettings,
+    FrameBindings, GpuContext, OFFSCREEN_FORMAT, OffscreenTarget, Picture, PictureTarget,
+    SceneMeshes, TerrainCache, TerrainPassSettings,
 };
 use crate::renderer_settings::{DebugView, RendererSettings};
 use crate::residency::{OffsetTable, Placement};
 use crate::selection::LayerTree;
 use crate::tiling::TileId;
-
-const SCALE_M: f64 = 512.0;
 
 /// A tile that looks like no other: one shade of red, green and blue growing across it.
 fn colour_tile(tile: TileId) -> ColourTile {
@@ -61,16 +60,7 @@ impl Stage {
         uniforms.colour_uv_per_texel = cache.colours.grid.uv_per_texel();
         bindings.set_uniforms(&gpu.queue, &uniforms);
         let mut meshes = SceneMeshes::new(&gpu.device, &bindings, false);
-        let mesh_scene = MeshScene {
-            view: &view,
-            scale_m: SCALE_M,
-            radius: 90_000.0 / SCALE_M,
-            height_range_m: [-250.0, 800.0],
-            data_extent: &scene.tree.data_extent,
-            triangle_px: 12.0,
-            has_coordinates: true,
-        };
-        meshes.set_up(&gpu.device, &gpu.queue, &mesh_scene);
+        meshes.set_up(&gpu.device, &gpu.queue, &mesh_scene(scene, &view));
         let mut pass = encoder.begin_compute_pass(&Default::default());
         meshes.displace(&mut pass, &bindings, [true, false]);
         drop(pass);

@@ -1,6 +1,7 @@
 use glam::{DVec2, DVec3, dvec2};
 
 use super::LimitRelief;
+use crate::reference::ray_box::part_within_box;
 
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +70,8 @@ impl<'a> Walk<'a> {
         // A metre of air above and below, so that a ray knows its side before it meets anything.
         let low = DVec3::new(0.0, 0.0, lowest_m - 1.0);
         let high = DVec3::new(f64::from(grid.columns), f64::from(grid.rows), highest_m + 1.0);
-        let (from_m, end_m) = range_within(local, step, low, high)?;
+        let [from_m, end_m] = part_within_box(local, step, [low, high])
+            .filter(|[from_m, end_m]| from_m < end_m && end_m.is_finite())?;
         let place = (local + step * from_m).floor();
         let cell = [
             (place.x as i32).clamp(0, grid.columns as i32 - 1),
@@ -217,23 +219,6 @@ impl<'a> Walk<'a> {
         }
         true
     }
-}
-
-/// Where a ray from its origin on is within a box; `None` where nowhere.
-fn range_within(origin: DVec3, direction: DVec3, low: DVec3, high: DVec3) -> Option<(f64, f64)> {
-    let (mut from, mut to) = (0.0_f64, f64::INFINITY);
-    for axis in 0..3 {
-        if direction[axis] == 0.0 {
-            if origin[axis] < low[axis] || origin[axis] > high[axis] {
-                return None;
-            }
-            continue;
-        }
-        let a = (low[axis] - origin[axis]) / direction[axis];
-        let b = (high[axis] - origin[axis]) / direction[axis];
-        (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
-    }
-    (from < to && to.is_finite()).then_some((from, to))
 }
 
 #[cfg(test)]
