@@ -1,6 +1,9 @@
-//! What the commands print: results on stdout, one line for an error.
+//! What the commands give: results on stdout, one line for an error, files that are whole.
 
 use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+use anyhow::Context;
 
 /// The error with its causes on one line.
 pub fn one_line(error: &anyhow::Error) -> String {
@@ -21,6 +24,17 @@ pub fn print(text: &str) -> anyhow::Result<()> {
 pub fn say(text: &str) {
     // Where stderr is closed nobody reads, and the work goes on.
     let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Writes a file that appears whole or not at all.
+///
+/// # Errors
+/// Where it cannot be written; the error names it.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".part");
+    let written = std::fs::write(&beside, bytes).and_then(|()| std::fs::rename(&beside, path));
+    written.with_context(|| format!("{}: cannot write the file", path.display()))
 }
 
 #[cfg(test)]

@@ -302,10 +302,7 @@ fn write_study(
     pictures: &[ReportPicture],
 ) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    let save = |name: &str, content: &[u8]| {
-        let path = folder.join(name);
-        std::fs::write(&path, content).with_context(|| path.display().to_string())
-    };
+    let save = |name: &str, content: &[u8]| output::write_whole(&folder.join(name), content);
     for run in runs {
         for case in &run.cases {
             let name = format!(

@@ -65,10 +65,8 @@ fn findings(study: &Study, folder: &Path) -> String {
 
 fn write(study: &Study, folder: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    let save = |name: String, content: String| {
-        let path = folder.join(name);
-        std::fs::write(&path, content).with_context(|| path.display().to_string())
-    };
+    let save =
+        |name: String, content: String| output::write_whole(&folder.join(name), content.as_bytes());
     for table in tables(study) {
         save(format!("{}.csv", table.name), table.to_csv())?;
     }

@@ -1,25 +1,25 @@
 use std::path::Path;
 
-use anyhow::Context;
 use terrain_core::measure::FrameRecord;
 
 use super::course::RunResult;
 use super::page::Page;
+use crate::output;
 
 /// Writes everything a comparison leaves: each file appears whole or not at all.
 ///
 /// # Errors
 /// Where a file cannot be written; the error names it.
 pub fn write_all(folder: &Path, page: &Page) -> anyhow::Result<()> {
-    write(&folder.join("frames.csv"), frames_csv(&page.runs).as_bytes())?;
-    write(&folder.join("summary.json"), page.json()?.as_bytes())?;
+    output::write_whole(&folder.join("frames.csv"), frames_csv(&page.runs).as_bytes())?;
+    output::write_whole(&folder.join("summary.json"), page.json()?.as_bytes())?;
     for run in &page.runs {
         for (rank, frame) in run.worst.iter().enumerate() {
             let name = format!("{}-worst-{}.png", file_name(&run.name), rank + 1);
-            write(&folder.join(name), &frame.png()?)?;
+            output::write_whole(&folder.join(name), &frame.png()?)?;
         }
     }
-    write(&folder.join("report.html"), page.html()?.as_bytes())
+    output::write_whole(&folder.join("report.html"), page.html()?.as_bytes())
 }
 
 /// A row a frame of each run; the last column tells the run.
@@ -37,13 +37,6 @@ fn frames_csv(runs: &[RunResult]) -> String {
 /// The name with what a file's name may not have everywhere replaced.
 fn file_name(name: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() || ".=_-".contains(c) { c } else { '-' }).collect()
-}
-
-fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let written = std::fs::write(&beside, bytes).and_then(|()| std::fs::rename(&beside, path));
-    written.with_context(|| format!("{}: cannot write the file", path.display()))
 }
 
 #[cfg(test)]
