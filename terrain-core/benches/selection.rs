@@ -56,7 +56,7 @@ fn view_and_region(tree: &TileTree) -> (CameraView, VisibleRegion) {
         viewport_px: [1280, 720],
     };
     let extent = Extent::new(eye - dvec2(200_000.0, 500.0), eye + dvec2(200_000.0, 400_000.0));
-    (view, VisibleRegion { extent, covered_pixels: 100_000 })
+    (view, VisibleRegion::of_extent(&extent))
 }
 
 /// The threshold at which the paper's selection comes nearest below `tiles` without any merging.
@@ -160,7 +160,7 @@ fn residency(criterion: &mut Criterion) {
             bencher.iter(|| black_box(&selection).colour_tiles(&tree));
         });
         let table = OffsetTable::build(cache.residents());
-        let position = tree.scheme.fixed_from_world(region.extent.max - 1.0);
+        let position = tree.scheme.fixed_from_world(region.extent().max - 1.0);
         group.bench_function(BenchmarkId::new("find, linear", tiles), |bencher| {
             bencher.iter(|| table.find_linear(black_box(position)));
         });
@@ -190,7 +190,14 @@ fn region_and_mesh(criterion: &mut Criterion) {
     let mesh = CircularMesh::build(&settings);
     criterion.bench_function("visible blocks", |bencher| {
         bencher.iter(|| {
-            mesh.visible_blocks(&view, 500.0, DVec2::ZERO, 0.0, 2_469.0, black_box(&region.extent))
+            mesh.visible_blocks(
+                &view,
+                500.0,
+                DVec2::ZERO,
+                0.0,
+                2_469.0,
+                black_box(&region.extent()),
+            )
         });
     });
 }

@@ -45,7 +45,7 @@
 //!     viewport_px: [1280, 720],
 //! };
 //! // A frame reads the region back from the GPU; here it is all there is.
-//! let region = VisibleRegion { extent: tree.data_extent, covered_pixels: 1 };
+//! let region = VisibleRegion::of_extent(&tree.data_extent);
 //! let selection = select(&tree, Some(&region), &view, &SelectionConfig::default());
 //! assert_eq!(selection.tiles[0], TileId::ROOT);
 //!

@@ -9,6 +9,8 @@
 //! `cpu-frustum` is the traditional way, without a look at what the GPU drew: [`select_by_frustum`].
 
 mod cpu_frustum;
+mod eye_units;
+mod ground_units;
 mod merge_farthest;
 mod regularize;
 mod rtt_quadtree;

@@ -105,9 +105,9 @@ pub fn cases() -> impl Strategy<Value = Case> {
     (trees, region, view, config).prop_map(|(tree, region, view, config)| {
         let root = SCHEME.root_extent();
         let world = |(x, y): (f64, f64)| root.min + dvec2(x, y) * root.size_m();
-        let region = region.map(|(a, b)| VisibleRegion {
-            extent: Extent::new(world(a).min(world(b)), world(a).max(world(b))),
-            covered_pixels: 1,
+        let region = region.map(|(a, b)| {
+            let extent = Extent::new(world(a).min(world(b)), world(a).max(world(b)));
+            VisibleRegion::of_extent(&extent)
         });
         let (eye, height_m, (heading_deg, pitch_deg, fov_y_deg)) = view;
         let view = CameraView {
@@ -133,6 +133,6 @@ pub fn low_over_the_middle(tree: TileTree, config: SelectionConfig) -> Case {
         fov_y_deg: 50.0,
         viewport_px: [1280, 720],
     };
-    let region = Some(VisibleRegion { extent: root, covered_pixels: 1 });
+    let region = Some(VisibleRegion::of_extent(&root));
     Case { tree, region, view, config }
 }
