@@ -33,7 +33,9 @@ impl FrameBindings {
         let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("frame uniforms"),
             size: FrameUniforms::BYTES,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            usage: wgpu::BufferUsages::UNIFORM
+                | wgpu::BufferUsages::COPY_DST
+                | wgpu::BufferUsages::COPY_SRC,
             mapped_at_creation: false,
         });
         let frame = device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -70,6 +72,19 @@ impl FrameBindings {
     pub fn rebind(&mut self, device: &wgpu::Device, table: &OffsetTableBuffer) {
         self.terrain =
             bind_terrain(device, &self.terrain_layout, table, &self.views, &self.sampler);
+    }
+
+    #[cfg(test)]
+    pub(super) fn uniforms(&self) -> &wgpu::Buffer {
+        &self.uniforms
+    }
+
+    /// Records a copy of both tables' ranges from the beginning of `ranges` into the uniforms, which are
+    /// written before the commands run.
+    pub fn copy_table_ranges(&self, encoder: &mut wgpu::CommandEncoder, ranges: &wgpu::Buffer) {
+        let offset = FrameUniforms::TABLE_RANGES_OFFSET;
+        let bytes = FrameUniforms::BYTES - offset;
+        encoder.copy_buffer_to_buffer(ranges, 0, &self.uniforms, offset, bytes);
     }
 
     /// Writes the uniforms; returns the bytes sent, 0 where nothing changed.
