@@ -1,7 +1,7 @@
 use glam::DVec2;
 
 use super::build_tile_table_pass::{BuildTileTablePass, TableSpace};
-use super::frame_bindings::FrameBindings;
+use super::frame_group::FrameGroup;
 use super::manage_tiles_pass::{LayerDeliveries, ManageTilesPass};
 use super::offset_table_buffer::{TileEntry, ToldFrom};
 use super::place_tiles_pass::{Ground, PlaceTilesPass, PlacedLayer};
@@ -85,8 +85,8 @@ impl TileManagement {
 
     /// Records the copy of the tables' ranges into the frame's uniforms, behind everything that writes
     /// these.
-    pub fn copy_ranges(&self, encoder: &mut wgpu::CommandEncoder, bindings: &FrameBindings) {
-        bindings.copy_table_ranges(encoder, &self.build.table);
+    pub fn copy_ranges(&self, encoder: &mut wgpu::CommandEncoder, frame: &FrameGroup) {
+        frame.copy_table_ranges(encoder, &self.build.table);
     }
 
     /// Records the copy of the report into `buffer`, of each layer's list so many tiles. Returns the

@@ -119,7 +119,7 @@ impl Bench {
             words.extend([u32::from(tile.level), tile.row, tile.column, 0]);
         }
         queue.write_buffer(&self.selected, 0, bytemuck::cast_slice(&words));
-        self.bindings.set_uniforms(queue, &FrameUniforms::default());
+        self.bindings.frame.set_uniforms(queue, &FrameUniforms::default());
         let mut encoder = device.create_command_encoder(&Default::default());
         let mut pass = encoder.begin_compute_pass(&Default::default());
         let sent = self.management.manage(queue, &mut pass, frame, deliveries);
@@ -127,14 +127,14 @@ impl Bench {
         assert_eq!(sent, 24 + 8 * delivered.sum::<usize>() as u64);
         self.management.place(queue, &mut pass, eye);
         drop(pass);
-        self.management.copy_ranges(&mut encoder, &self.bindings);
+        self.management.copy_ranges(&mut encoder, &self.bindings.frame);
         let report = readback_buffer(device, ManageTilesPass::REPORT_BYTES);
         let listed = [ManageTilesPass::MOST_ASKED; 2];
         let bytes = self.management.copy_report(&mut encoder, &report, listed);
         assert_eq!(bytes, ManageTilesPass::REPORT_BYTES);
         queue.submit([encoder.finish()]);
         let report = TileReport::from_bytes(&mapped(&self.gpu, &report), listed);
-        let uniforms = read::<u32>(&self.gpu, self.bindings.uniforms());
+        let uniforms = read::<u32>(&self.gpu, self.bindings.frame.uniforms());
         let ranges = uniforms[uniforms.len() - 8..].chunks(4).map(|words| TableRange {
             first_entry: words[0],
             entry_count: words[1],
