@@ -4,7 +4,9 @@
 
 mod adapter_survey;
 mod atlas;
+mod build_tile_table_pass;
 mod colour_atlas;
+mod compute_pipeline;
 mod context;
 mod coordinate_feedback;
 mod coordinate_pass;
@@ -20,10 +22,12 @@ mod frame_uniforms;
 mod height_atlas;
 mod limit_surface_buffers;
 mod limit_surface_pass;
+mod manage_tiles_pass;
 mod mesh_buffers;
 mod offscreen_target;
 mod offset_table_buffer;
 mod picture;
+mod place_tiles_pass;
 mod precision_depth_probe;
 mod precision_probe;
 mod readback_ring;
@@ -33,6 +37,9 @@ mod sky_pass;
 mod sort_triangles_pass;
 mod terrain_cache;
 mod terrain_pass;
+mod tile_management;
+mod tile_presence;
+mod tile_report;
 mod timestamps;
 #[cfg(test)]
 mod twin_tests;

@@ -38,6 +38,12 @@ pub static COORDINATES: Shader = shader!("coordinates", "frame", "tile_lookup", 
 pub static DERIVE_HEIGHTS: Shader = shader!("derive_heights");
 /// Halving of uploaded colours.
 pub static DERIVE_COLOURS: Shader = shader!("derive_colours");
+/// Slots given to selected tiles.
+pub static MANAGE_TILES: Shader = shader!("manage_tiles", "packed_tile", "tile_presence");
+/// The tables of the shown tiles.
+pub static BUILD_TILE_TABLE: Shader = shader!("build_tile_table", "packed_tile");
+/// The tables' entries as seen from the eye.
+pub static PLACE_TILES: Shader = shader!("place_tiles", "packed_tile");
 /// The lookup by itself, so that it can be compared with its twin on the CPU.
 pub static LOOKUP_PROBE: Shader = shader!("lookup_probe", "frame", "tile_lookup", "height_sample");
 /// Pictures of the renderer's own textures.
@@ -63,7 +69,7 @@ pub static PRECISION_NATIVE_F64: Shader = shader!("precision_native", "real_f64"
 pub static PRECISION_NATIVE_F16: Shader = shader!("precision_native", "real_f16");
 
 /// Every shader of the library that needs no optional feature, for tests that look at all of them.
-pub static ALL: [&Shader; 15] = [
+pub static ALL: [&Shader; 18] = [
     &DISPLACE,
     &SORT_TRIANGLES,
     &TERRAIN,
@@ -71,6 +77,9 @@ pub static ALL: [&Shader; 15] = [
     &COORDINATES,
     &DERIVE_HEIGHTS,
     &DERIVE_COLOURS,
+    &MANAGE_TILES,
+    &BUILD_TILE_TABLE,
+    &PLACE_TILES,
     &LOOKUP_PROBE,
     &DEBUG_IMAGE,
     &LIMIT_SURFACE,

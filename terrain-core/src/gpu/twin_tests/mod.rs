@@ -9,6 +9,7 @@ mod mesh;
 mod random_field;
 mod sampling;
 mod sorted_triangles;
+mod tile_management;
 
 use crate::gpu::{AdapterChoice, GpuContext};
 
