@@ -6,6 +6,7 @@
 
 // Nodes beyond which nothing more is split.
 const LISTED_AT_MOST: u32 = 65536u;
+const LEVEL_BEGINS: u32 = 28u;
 // A child that is on the list, and one in the box that is not.
 const SEEN_CHILD: u32 = 1u;
 const HIDDEN_CHILD: u32 = 2u;
@@ -14,6 +15,7 @@ var<workgroup> box_min: vec2<i32>;
 var<workgroup> box_max: vec2<i32>;
 var<workgroup> node_count: atomic<u32>;
 var<workgroup> is_nothing_seen: u32;
+var<workgroup> nodes_so_far: u32;
 var<workgroup> hidden_count: atomic<u32>;
 
 fn find_box() {
@@ -120,6 +122,19 @@ fn add_children(index: u32, kinds: vec4<u32>, first: u32) {
     atomicMax(&node_count, next);
 }
 
+fn find_levels(lane: u32, nodes: u32) {
+    if lane < LEVEL_BEGINS {
+        arena.level_begin[lane] = nodes;
+    }
+    storageBarrier();
+    for (var index = lane; index < nodes; index += LANES) {
+        let level = arena.nodes[index].level;
+        if index == 0u || arena.nodes[index - 1u].level != level {
+            arena.level_begin[level] = index;
+        }
+    }
+}
+
 @compute @workgroup_size(256)
 fn subdivide_tiles(@builtin(local_invocation_index) lane: u32) {
     if lane == 0u {
@@ -151,15 +166,20 @@ fn subdivide_tiles(@builtin(local_invocation_index) lane: u32) {
             add_children(index, kinds, end + sums.before);
         }
         storageBarrier();
+        workgroupBarrier();
+        if lane == 0u {
+            nodes_so_far = atomicLoad(&node_count);
+        }
         first = last;
-        end = workgroupUniformLoad(&node_count);
+        end = workgroupUniformLoad(&nodes_so_far);
     }
     if lane == 0u {
-        let count = atomicLoad(&node_count);
-        arena.node_count = count;
+        nodes_so_far = atomicLoad(&node_count);
         let hidden = atomicLoad(&hidden_count);
-        selected_tiles[1] = count - hidden;
+        arena.node_count = nodes_so_far;
+        selected_tiles[1] = nodes_so_far - hidden;
         selected_tiles[5] = hidden;
         selected_tiles[6] = select(0u, 1u, params.is_exact == 1u && goes_by_box());
     }
+    find_levels(lane, workgroupUniformLoad(&nodes_so_far));
 }

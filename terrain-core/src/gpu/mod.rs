@@ -9,6 +9,7 @@ mod colour_atlas;
 mod compute_pipeline;
 mod context;
 mod coordinate_feedback;
+mod coordinate_image_bindings;
 mod coordinate_pass;
 mod cover_pipeline;
 mod debug_image_pass;
@@ -23,6 +24,7 @@ mod height_atlas;
 mod limit_surface_buffers;
 mod limit_surface_pass;
 mod manage_tiles_pass;
+mod mark_seen_tiles_pass;
 mod mesh_buffers;
 mod offscreen_target;
 mod offset_table_buffer;
@@ -31,7 +33,10 @@ mod place_tiles_pass;
 mod precision_depth_probe;
 mod precision_probe;
 mod readback_ring;
+mod reduce_region_pass;
 mod scene_meshes;
+mod seen_ground_buffer;
+mod select_tiles_pass;
 pub mod shader_library;
 mod sky_pass;
 mod sort_triangles_pass;
@@ -40,6 +45,7 @@ mod terrain_pass;
 mod tile_management;
 mod tile_presence;
 mod tile_report;
+mod tile_selection;
 mod timestamps;
 #[cfg(test)]
 mod twin_tests;
@@ -66,6 +72,7 @@ pub use precision_probe::{
 pub(crate) use scene_meshes::{MeshScene, SceneMeshes};
 pub(crate) use terrain_cache::TerrainCache;
 pub(crate) use terrain_pass::{TerrainPass, TerrainPassSettings};
+pub(crate) use tile_selection::{SelectionRequest, TileSelection};
 pub(crate) use timestamps::FrameTimer;
 
 /// Depth format of every pass: float, because depth runs in reverse from 1 near to 0 at infinity.

@@ -6,7 +6,7 @@ use super::sort_keys::{FarthestOrder, PriorityOrder};
 use super::subdivide::LISTED_AT_MOST;
 use super::view_pyramid::{ViewPyramid, WorldBox};
 use super::{
-    Selection, SelectionConfig, SelectionStatistics, SelectionStrategy, TileTree, VisibleRegion,
+    SeenGround, Selection, SelectionConfig, SelectionStatistics, SelectionStrategy, TileTree,
 };
 use crate::CameraView;
 use crate::tiling::TileId;
@@ -22,7 +22,7 @@ impl SelectionStrategy for CpuFrustum {
     fn select(
         &self,
         tree: &TileTree,
-        _region: Option<&VisibleRegion>,
+        _seen: Option<SeenGround<'_>>,
         view: &CameraView,
         config: &SelectionConfig,
     ) -> Selection {

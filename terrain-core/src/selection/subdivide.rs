@@ -1,6 +1,7 @@
 use super::eye_units::EyeUnits;
+use super::seen_tiles::SeenTiles;
 use super::tile_list::Child;
-use super::{TileList, TileTree, VisibleRegion};
+use super::{SeenGround, TileList, TileTree};
 use crate::CameraView;
 
 /// What the selection is to reach and to keep within.
@@ -40,23 +41,28 @@ pub(super) const LISTED_AT_MOST: usize = 1 << 16;
 /// the distance of the tile's nearest point (to the box of its extent and height range, in whole
 /// units), appears larger than
 /// [`SelectionConfig::texel_px`]. Children that hold no data are not stored and never chosen. Once
-/// 65,536 tiles are listed, nothing more is split.
+/// 65,536 tiles are found, nothing more is split. With an image, tiles within the box that none of its
+/// pixels saw do not come on the list; they are counted, [`TileList::hidden`], unless the tiles that were
+/// seen are too many to keep: then all of the box counts.
 ///
-/// Without a region (an empty view) the list holds level 0 alone.
+/// Where nothing was seen (an empty view) the list holds level 0 alone.
 pub fn subdivide(
     tree: &TileTree,
-    region: Option<&VisibleRegion>,
+    seen: Option<SeenGround<'_>>,
     view: &CameraView,
     config: &SelectionConfig,
 ) -> TileList {
     let eye = EyeUnits::new(tree, view.eye, config.vertical_exaggeration);
     let mut list = TileList::new(tree, &eye);
-    let Some(region) = region else { return list };
-    let seen = region.fixed_box(&tree.scheme);
+    let Some(seen) = seen else { return list };
     let split_below = eye.split_below(tree, config.texel_px * view.pixel_angle_rad());
+    let bounds = seen.region.fixed_box(&tree.scheme);
+    let image = seen.image;
+    let exact = image.and_then(|image| SeenTiles::of_image(image, tree, &eye, &split_below));
+    let is_seen = |tile| exact.as_ref().is_none_or(|exact| exact.contains(tile));
     let mut next = TileList::ROOT;
     // Nodes are appended level by level, so going through them in order is going level by level.
-    while (next as usize) < list.nodes().len() && list.len() < LISTED_AT_MOST {
+    while (next as usize) < list.nodes().len() && list.nodes().len() < LISTED_AT_MOST {
         let node = *list.node(next);
         if node.distance < split_below[usize::from(node.tile.level)] {
             for (quadrant, child) in node.tile.children().into_iter().enumerate() {
@@ -64,9 +70,13 @@ pub fn subdivide(
                     if tree.is_empty_ground(child) {
                         list.set_child(next, quadrant, Child::EMPTY);
                     }
-                } else if seen.touches(child) {
+                } else if bounds.touches(child) {
                     let index = list.add_child(next, child, tree.squared_distance(child, &eye));
-                    list.set_listed(index, true);
+                    if node.is_hidden || !is_seen(child) {
+                        list.hide(index);
+                    } else {
+                        list.set_listed(index, true);
+                    }
                 }
             }
         }

@@ -12,6 +12,7 @@ pub struct TileList {
     /// Ancestors stand before their descendants; the root is node 0.
     nodes: Vec<Node>,
     listed: usize,
+    hidden: usize,
 }
 
 /// One tile of the list's quadtree.
@@ -26,6 +27,8 @@ pub(super) struct Node {
     /// The children in the order of [`TileId::children`].
     pub children: [Child; 4],
     pub is_listed: bool,
+    /// In the box round what was seen but not seen itself: never on the list, nor what is below it.
+    pub is_hidden: bool,
 }
 
 /// What a list knows of a tile's child: its node, or why there is none. Four bytes, so that a whole
@@ -57,8 +60,9 @@ impl TileList {
             parent: Self::ROOT,
             children: [Child::UNKNOWN; 4],
             is_listed: true,
+            is_hidden: false,
         };
-        Self { nodes: vec![root], listed: 1 }
+        Self { nodes: vec![root], listed: 1, hidden: 0 }
     }
 
     /// The list of level 0 and these tiles. Tiles that do not exist are left out.
@@ -78,6 +82,11 @@ impl TileList {
     /// Number of tiles on the list, level 0 counted.
     pub fn len(&self) -> usize {
         self.listed
+    }
+
+    /// Number of tiles that only the box round what was seen would have brought on the list.
+    pub fn hidden(&self) -> usize {
+        self.hidden
     }
 
     /// Never: level 0 is always on the list.
@@ -117,9 +126,16 @@ impl TileList {
             parent,
             children: [Child::UNKNOWN; 4],
             is_listed: false,
+            is_hidden: false,
         });
         self.set_child(parent, tile.quadrant() as usize, Child(index));
         index
+    }
+
+    /// Keeps a tile that is not on the list from ever being on it.
+    pub(super) fn hide(&mut self, index: u32) {
+        self.nodes[index as usize].is_hidden = true;
+        self.hidden += 1;
     }
 
     /// Puts a tile on the list or takes it off. The root stays whatever is asked.

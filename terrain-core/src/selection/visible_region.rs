@@ -34,6 +34,23 @@ pub struct VisibleRegion {
     pub covered_pixels: u32,
 }
 
+/// The ground last seen, perhaps by a view some frames old.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenGround<'a> {
+    /// The box round it.
+    pub region: &'a VisibleRegion,
+    /// The image the box was found in, where only what its pixels saw counts as visible and not all of
+    /// the box.
+    pub image: Option<&'a CoordinateImage>,
+}
+
+impl<'a> SeenGround<'a> {
+    /// All of the box counts as visible.
+    pub fn of_box(region: &'a VisibleRegion) -> Self {
+        Self { region, image: None }
+    }
+}
+
 impl VisibleRegion {
     /// The region of all of an extent, with corners as near to the extent's as floats come.
     pub fn of_extent(extent: &Extent) -> Self {

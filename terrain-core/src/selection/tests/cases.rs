@@ -6,7 +6,8 @@ use proptest::prelude::*;
 use crate::CameraView;
 use crate::dataset::{HeightRange, HeightRanges};
 use crate::selection::{
-    LayerTree, Selection, SelectionConfig, Strategy as TileStrategy, TileTree, VisibleRegion,
+    LayerTree, SeenGround, Selection, SelectionConfig, Strategy as TileStrategy, TileTree,
+    VisibleRegion,
 };
 use crate::tiling::{Extent, LayerLayout, TileId, TileSet, TilingScheme};
 
@@ -24,7 +25,8 @@ impl Case {
     pub fn select(&self, strategy: TileStrategy) -> Selection {
         let implementation = strategy.implementation();
         let region = self.region.as_ref().filter(|_| implementation.needs_region());
-        implementation.select(&self.tree, region, &self.view, &self.config)
+        let seen = region.map(SeenGround::of_box);
+        implementation.select(&self.tree, seen, &self.view, &self.config)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The stages of the paper's selection against literal versions of its sentences; what holds for every
 //! strategy is in `invariants`, the frustum's selection against brute force in `frustum`.
 
-mod cases;
+pub(crate) mod cases;
 mod frustum;
 mod invariants;
 mod sight;
@@ -16,8 +16,8 @@ use self::invariants::check_order;
 use super::eye_units::EyeUnits;
 use super::ground_units::FixedBox;
 use super::{
-    LayerTree, SelectionConfig, Strategy, TileList, TileTree, VisibleRegion, merge_farthest,
-    regularize, select, subdivide,
+    LayerTree, SeenGround, SelectionConfig, Strategy, TileList, TileTree, VisibleRegion,
+    merge_farthest, regularize, subdivide,
 };
 use crate::tiling::{Extent, LayerLayout, TileId, TileSet};
 
@@ -146,7 +146,8 @@ fn eye_units(case: &Case) -> EyeUnits {
 }
 
 fn subdivided(case: &Case) -> TileList {
-    subdivide(&case.tree, case.region.as_ref(), &case.view, &case.config)
+    let seen = case.region.as_ref().map(SeenGround::of_box);
+    subdivide(&case.tree, seen, &case.view, &case.config)
 }
 
 proptest! {
@@ -193,7 +194,7 @@ proptest! {
 
     #[test]
     fn each_layer_gets_the_finest_tiles_it_has(case in cases()) {
-        let selection = select(&case.tree, case.region.as_ref(), &case.view, &case.config);
+        let selection = case.select(Strategy::RttQuadtree);
         let by_hand = |layer: &LayerTree| {
             let mut tiles: Vec<TileId> = Vec::new();
             for tile in &selection.tiles {
