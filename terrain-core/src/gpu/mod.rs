@@ -40,6 +40,7 @@ mod terrain_pass;
 mod tile_management;
 mod tile_presence;
 mod tile_report;
+mod tile_report_ring;
 mod timestamps;
 #[cfg(test)]
 mod twin_tests;
@@ -54,6 +55,7 @@ pub(crate) use frame_bindings::FrameBindings;
 pub(crate) use frame_group::FrameGroup;
 pub use frame_uniforms::{FrameUniforms, TableRange};
 pub use limit_surface_pass::{LimitGpuColour, LimitGpuPicture, LimitSurfacePass};
+pub(crate) use manage_tiles_pass::{LayerDeliveries, ManageTilesPass};
 pub(crate) use offscreen_target::read_texture;
 pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
 pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};
@@ -66,6 +68,9 @@ pub use precision_probe::{
 pub(crate) use scene_meshes::{MeshScene, SceneMeshes};
 pub(crate) use terrain_cache::TerrainCache;
 pub(crate) use terrain_pass::{TerrainPass, TerrainPassSettings};
+pub(crate) use tile_management::TileManagement;
+pub(crate) use tile_report::TileReport;
+pub(crate) use tile_report_ring::TileReportRing;
 pub(crate) use timestamps::FrameTimer;
 
 /// Depth format of every pass: float, because depth runs in reverse from 1 near to 0 at infinity.
