@@ -61,11 +61,6 @@ impl ResidentTerrain {
         })
     }
 
-    /// Whether there is a colour layer.
-    pub fn has_colours(&self) -> bool {
-        self.colours.is_some()
-    }
-
     /// Takes in what has been loaded, asks for what the selection lacks, and hands out what is to be
     /// uploaded now within the budget: heights first. Never waits.
     pub fn stream(

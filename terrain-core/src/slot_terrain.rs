@@ -31,11 +31,6 @@ impl SlotTerrain {
         }
     }
 
-    /// Whether there is a colour layer.
-    pub fn has_colours(&self) -> bool {
-        self.colours.is_some()
-    }
-
     /// Takes what the GPU reported of a frame. Reports come in the order of their frames.
     pub fn receive(&mut self, report: &TileReport, frame: u64) {
         let [heights, colours] = &report.layers;
