@@ -4,7 +4,7 @@
 // In the order of a walk through the quadtree, tiles below the same node follow one another. So each
 // tile needs to compare itself with the one before it only, to know which nodes on its way from the root
 // are there already and which are its own to make.
-// needs: common/packed_tile.wgsl
+// needs: common/packed_tile.wgsl common/workgroup_scan.wgsl
 
 const LANES: u32 = 256u;
 const MOST_SLOTS: u32 = 1600u;
@@ -52,24 +52,6 @@ struct TableSpace {
 @group(0) @binding(3) var<storage, read_write> walk: array<array<Step, MOST_SLOTS>, 2>;
 @group(0) @binding(4) var<storage, read_write> tile_nodes: array<atomic<u32>>;
 
-var<workgroup> sums: array<u32, LANES>;
-
-// Sum of the values of the lanes before this one; the sum of all is sums[LANES - 1] afterwards.
-fn sum_before(lane: u32, value: u32) -> u32 {
-    workgroupBarrier();
-    sums[lane] = value;
-    workgroupBarrier();
-    for (var reach = 1u; reach < LANES; reach *= 2u) {
-        var before = 0u;
-        if lane >= reach {
-            before = sums[lane - reach];
-        }
-        workgroupBarrier();
-        sums[lane] += before;
-        workgroupBarrier();
-    }
-    return sums[lane] - value;
-}
 
 // The tile's north-west corner in tiles of the finest level.
 fn corner_of(tile: TileInSlot) -> vec2<u32> {
@@ -149,12 +131,12 @@ fn number_nodes(layer: u32, lane: u32, count: u32) -> u32 {
             known = known_level(layer, step, tile);
             made = max(tile.level, 1u) - 1u - known;
         }
-        let first = nodes + sum_before(lane, made);
-        nodes += workgroupUniformLoad(&sums[LANES - 1u]);
+        let made_before = sum_of_lanes(lane, made);
         if step < count {
             walk[layer][step].known_level = known;
-            walk[layer][step].first_node = first;
+            walk[layer][step].first_node = nodes + made_before.before;
         }
+        nodes += made_before.total;
     }
     storageBarrier();
     return nodes;

@@ -3,7 +3,7 @@
 // stay, what is missing takes free slots first, then those of the tiles that went unwanted longest (of
 // equally old ones the finest), never level 0's. Here a slot is reserved when its tile is asked for and
 // not when it comes.
-// needs: common/packed_tile.wgsl common/tile_presence.wgsl
+// needs: common/packed_tile.wgsl common/tile_presence.wgsl common/workgroup_scan.wgsl
 
 const LANES: u32 = 256u;
 // Slots of a layer, and tiles of a selection, at the most.
@@ -51,7 +51,8 @@ struct Report {
     layers: array<u32, 2>,
     // Selected tiles (16 bits) and their finest level.
     selected: u32,
-    padding: u32,
+    // Tiles left out because they are hidden.
+    hidden: u32,
     // By layer, most urgent first.
     asked: array<array<vec2<u32>, MOST_ASKED>, 2>,
 }
@@ -69,7 +70,8 @@ struct Workings {
 }
 
 @group(0) @binding(0) var<uniform> layers: array<ManagedLayer, 2>;
-// Count, statistics up to word 8, then level, row, column and a spare word a tile, most urgent first.
+// Number of tiles, three words, their finest level, tiles hidden, two words; then four words a tile, most
+// urgent first: level, row, column, spare.
 @group(0) @binding(1) var<storage, read> selected: array<u32>;
 @group(0) @binding(2) var<storage, read> deliveries: Deliveries;
 @group(0) @binding(3) var<storage, read_write> slots: array<array<Slot, MOST_SLOTS>, 2>;
@@ -81,7 +83,6 @@ struct Workings {
 // Numbers plus one of slots or of candidates, 0 in free cells, where their tiles hash to or behind.
 const CELLS: u32 = 2048u;
 var<workgroup> cells: array<atomic<u32>, CELLS>;
-var<workgroup> sums: array<u32, LANES>;
 var<workgroup> victims: array<u32, MOST_ASKED>;
 // A bit a slot.
 var<workgroup> shown_slots: array<atomic<u32>, 50>;
@@ -108,23 +109,6 @@ fn clear_cells(lane: u32) {
         atomicStore(&cells[cell], 0u);
     }
     workgroupBarrier();
-}
-
-// Sum of the values of the lanes before this one; the sum of all is sums[LANES - 1] afterwards.
-fn sum_before(lane: u32, value: u32) -> u32 {
-    workgroupBarrier();
-    sums[lane] = value;
-    workgroupBarrier();
-    for (var reach = 1u; reach < LANES; reach *= 2u) {
-        var before = 0u;
-        if lane >= reach {
-            before = sums[lane - reach];
-        }
-        workgroupBarrier();
-        sums[lane] += before;
-        workgroupBarrier();
-    }
-    return sums[lane] - value;
 }
 
 // 1. What the CPU has brought. A slot that meanwhile was given to another tile takes nothing.
@@ -189,9 +173,10 @@ fn is_first_of_its_kind(layer: u32, index: u32) -> bool {
     return false;
 }
 
-// Returns how many are wanted. No more than there are slots; level 0 is the first.
+// Returns how many are wanted. No more than there are slots; level 0 is the first, and before the first
+// selection, when all its words are 0, the only one.
 fn list_wanted(layer: u32, lane: u32) -> u32 {
-    let count = min(selected[0], MOST_SLOTS);
+    let count = clamp(selected[0], 1u, MOST_SLOTS);
     for (var i = lane; i < count; i += LANES) {
         workings[layer].candidates[i] = candidate(layer, i);
     }
@@ -208,11 +193,11 @@ fn list_wanted(layer: u32, lane: u32) -> u32 {
         if i < count {
             is_first = is_first_of_its_kind(layer, i);
         }
-        let place = wanted + sum_before(lane, u32(is_first));
+        let firsts = sum_of_lanes(lane, u32(is_first));
         if is_first {
-            workings[layer].wanted[place] = workings[layer].candidates[i];
+            workings[layer].wanted[wanted + firsts.before] = workings[layer].candidates[i];
         }
-        wanted += workgroupUniformLoad(&sums[LANES - 1u]);
+        wanted += firsts.total;
     }
     storageBarrier();
     return min(wanted, layers[layer].slot_count);
@@ -347,8 +332,9 @@ fn reserve_and_list(layer: u32, lane: u32, wanted: u32) {
             tile = workings[layer].wanted[i];
         }
         let is_absent = i < wanted && tile.slot == NONE;
-        let rank = absent + sum_before(lane, u32(is_absent));
-        absent += workgroupUniformLoad(&sums[LANES - 1u]);
+        let absents = sum_of_lanes(lane, u32(is_absent));
+        let rank = absent + absents.before;
+        absent += absents.total;
         if is_absent && rank < room {
             tile.slot = victims[rank];
             if tile.slot != NONE {
@@ -362,8 +348,9 @@ fn reserve_and_list(layer: u32, lane: u32, wanted: u32) {
         if tile.slot != NONE {
             is_to_come = slots[layer][tile.slot].state == RESERVED;
         }
-        let place = listed + sum_before(lane, u32(is_to_come));
-        listed += workgroupUniformLoad(&sums[LANES - 1u]);
+        let to_come = sum_of_lanes(lane, u32(is_to_come));
+        let place = listed + to_come.before;
+        listed += to_come.total;
         if is_to_come && place < MOST_ASKED {
             report.asked[layer][place] = pack_tile(tile);
         }
@@ -373,6 +360,7 @@ fn reserve_and_list(layer: u32, lane: u32, wanted: u32) {
         report.layers[layer] = missing | (min(listed, MOST_ASKED) << 11u) | (atomicLoad(&resident_count) << 17u);
         if layer == 0u {
             report.selected = selected[0] | (selected[4] << 16u);
+            report.hidden = selected[5];
         }
     }
     storageBarrier();
@@ -410,11 +398,11 @@ fn list_shown(layer: u32, lane: u32) {
         if slot < layers[layer].slot_count {
             is_shown = (atomicLoad(&shown_slots[slot / 32u]) >> (slot % 32u) & 1u) != 0u;
         }
-        let place = count + sum_before(lane, u32(is_shown));
-        count += workgroupUniformLoad(&sums[LANES - 1u]);
+        let places = sum_of_lanes(lane, u32(is_shown));
         if is_shown {
-            shown[layer].tiles[place] = tile_of_slot(layer, slot);
+            shown[layer].tiles[count + places.before] = tile_of_slot(layer, slot);
         }
+        count += places.total;
     }
     if lane == 0u {
         shown[layer].count = count;

@@ -160,12 +160,13 @@ fn a_strategy_without_feedback_can_be_switched_to_and_from_in_flight() {
     let Some(mut bench) = Bench::new(roomy(Strategy::CpuFrustum)) else { return };
     let mut names = Vec::new();
     for step in 0..12 {
-        bench.switch(Strategy::ALL[step / 3 % 2]);
+        let strategy = [Strategy::RttQuadtree, Strategy::CpuFrustum][step / 3 % 2];
+        bench.switch(strategy);
         let view = view(15.0 * step as f64, -20.0, 2_000.0);
         let record = bench.renderer.render(&view, bench.target.view(), OFFSCREEN_FORMAT).unwrap();
         names.push(record.strategy);
         let asks = record.coordinate_pass_drawn;
-        assert!(!asks || Strategy::ALL[step / 3 % 2] == Strategy::RttQuadtree, "frame {step}");
+        assert!(!asks || strategy == Strategy::RttQuadtree, "frame {step}");
     }
     assert_eq!(names[2..4], ["rtt-quadtree", "cpu-frustum"]);
     let view = view(165.0, -20.0, 2_000.0);
@@ -175,4 +176,24 @@ fn a_strategy_without_feedback_can_be_switched_to_and_from_in_flight() {
     // Which slots the tiles got goes by the order in which they came; filtering rounds accordingly.
     let (_, greatest) = difference(&in_flight, &fresh);
     assert!(greatest <= 1, "the picture depends on the way there: {greatest}");
+}
+
+#[test]
+fn interim_gpu() {
+    let Some(mut on_gpu) = Bench::new(roomy(Strategy::RttQuadtreeGpu)) else { return };
+    let Some(mut by_frustum) = Bench::new(roomy(Strategy::CpuFrustum)) else { return };
+    for view in [
+        view(20.0, -18.0, 2_500.0),
+        view(200.0, -5.0, 1_300.0),
+        view(95.0, -60.0, 6_000.0),
+        view(0.0, -90.0, 40_000.0),
+    ] {
+        let record = on_gpu.settle(&view);
+        println!("{record:?}");
+        let (part, greatest) = difference(&on_gpu.picture(&view), &by_frustum.picture(&view));
+        println!("{part} {greatest}");
+        let still = on_gpu.renderer.render(&view, on_gpu.target.view(), OFFSCREEN_FORMAT).unwrap();
+        println!("still {still:?}");
+        assert!(!on_gpu.renderer.needs_frame(&view));
+    }
 }

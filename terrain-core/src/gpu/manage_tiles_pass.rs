@@ -50,6 +50,13 @@ pub(crate) struct LayerDeliveries {
     pub failed: Vec<TileInSlot>,
 }
 
+impl LayerDeliveries {
+    /// Whether nothing has been brought.
+    pub fn is_empty(&self) -> bool {
+        self.uploaded.is_empty() && self.failed.is_empty()
+    }
+}
+
 /// Keeps the slots of both layers on the GPU: which tile gets which, what is to be loaded, what is shown.
 pub(crate) struct ManageTilesPass {
     pipeline: wgpu::ComputePipeline,
@@ -122,7 +129,8 @@ impl ManageTilesPass {
             bind_group(device, &pipeline, 0, &buffers),
             bind_group(device, &pipeline, 1, &[&runs]),
         ];
-        let layers = 1 + u32::from(tree.colours.is_some());
+        let layers =
+            1 + u32::from(tree.colours.as_ref().is_some_and(|layer| !layer.present.is_empty()));
         Self { pipeline, groups, layers, deliveries, slots, shown, report }
     }
 

@@ -45,6 +45,7 @@ mod terrain_pass;
 mod tile_management;
 mod tile_presence;
 mod tile_report;
+mod tile_report_ring;
 mod tile_selection;
 mod timestamps;
 #[cfg(test)]
@@ -60,6 +61,7 @@ pub(crate) use frame_bindings::FrameBindings;
 pub(crate) use frame_group::FrameGroup;
 pub use frame_uniforms::{FrameUniforms, TableRange};
 pub use limit_surface_pass::{LimitGpuColour, LimitGpuPicture, LimitSurfacePass};
+pub(crate) use manage_tiles_pass::{LayerDeliveries, ManageTilesPass};
 pub(crate) use offscreen_target::read_texture;
 pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
 pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};
@@ -72,6 +74,9 @@ pub use precision_probe::{
 pub(crate) use scene_meshes::{MeshScene, SceneMeshes};
 pub(crate) use terrain_cache::TerrainCache;
 pub(crate) use terrain_pass::{TerrainPass, TerrainPassSettings};
+pub(crate) use tile_management::TileManagement;
+pub(crate) use tile_report::TileReport;
+pub(crate) use tile_report_ring::TileReportRing;
 pub(crate) use tile_selection::{SelectionRequest, TileSelection};
 pub(crate) use timestamps::FrameTimer;
 

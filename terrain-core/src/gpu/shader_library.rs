@@ -39,9 +39,10 @@ pub static DERIVE_HEIGHTS: Shader = shader!("derive_heights");
 /// Halving of uploaded colours.
 pub static DERIVE_COLOURS: Shader = shader!("derive_colours");
 /// Slots given to selected tiles.
-pub static MANAGE_TILES: Shader = shader!("manage_tiles", "packed_tile", "tile_presence");
+pub static MANAGE_TILES: Shader =
+    shader!("manage_tiles", "packed_tile", "tile_presence", "workgroup_scan");
 /// The tables of the shown tiles.
-pub static BUILD_TILE_TABLE: Shader = shader!("build_tile_table", "packed_tile");
+pub static BUILD_TILE_TABLE: Shader = shader!("build_tile_table", "packed_tile", "workgroup_scan");
 /// The tables' entries as seen from the eye.
 pub static PLACE_TILES: Shader = shader!("place_tiles", "packed_tile");
 /// The box round all ground in the coordinate image.

@@ -46,7 +46,8 @@ impl TileManagement {
         let manage = ManageTilesPass::new(device, tree, slot_count, selected);
         let build = BuildTileTablePass::new(device, space, &manage, &cache.table.nodes);
         let place = PlaceTilesPass::new(device, &ground, &build, &cache.table.entries);
-        let layers = 1 + u32::from(tree.colours.is_some());
+        let layers =
+            1 + u32::from(tree.colours.as_ref().is_some_and(|layer| !layer.present.is_empty()));
         Self { manage, build, place, scheme: tree.scheme, layers, slot_count }
     }
 

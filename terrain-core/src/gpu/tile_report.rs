@@ -9,6 +9,8 @@ pub(crate) struct TileReport {
     pub selected: u32,
     /// Finest level of the selection.
     pub finest_level: u8,
+    /// Tiles the selection left out because they are hidden.
+    pub hidden: u32,
 }
 
 /// What the GPU reports of one layer.
@@ -32,7 +34,8 @@ impl TileReport {
     /// taken as zeros.
     pub fn from_bytes(bytes: &[u8], listed: [u32; 2]) -> Self {
         let words = bytemuck::pod_collect_to_vec::<u8, [u32; 2]>(bytes);
-        let [heads, selected] = [0, 1].map(|index| words.get(index).copied().unwrap_or_default());
+        let [heads, [selected, hidden]] =
+            [0, 1].map(|index| words.get(index).copied().unwrap_or_default());
         let mut lists = words.get(2..).unwrap_or_default();
         let layers = [0, 1].map(|layer| {
             let head = heads[layer];
@@ -46,7 +49,7 @@ impl TileReport {
                 asked: bytemuck::cast_slice(&list[..count as usize]).to_vec(),
             }
         });
-        let selected = selected[0];
-        Self { layers, selected: selected & 0xffff, finest_level: (selected >> 16) as u8 }
+        let finest_level = (selected >> 16) as u8;
+        Self { layers, selected: selected & 0xffff, finest_level, hidden }
     }
 }

@@ -1,20 +1,18 @@
-use std::sync::Arc;
 use std::time::Duration;
 
 use super::tile_intake::{Taken, TileIntake};
 use super::{CachePlan, Placement, TileCache};
-use crate::dataset::{LoadError, Loaded};
 use crate::tiling::TileId;
 
 /// One layer on its way from disk to the cache: what is loaded, what waits, what could not be had.
-pub struct LayerStream<T: Send + 'static> {
+pub(crate) struct LayerStream<T: Send + 'static> {
     cache: TileCache,
     intake: TileIntake<T>,
     missing: usize,
 }
 
 /// What one frame moves in a layer.
-pub struct LayerUpdate<T> {
+pub(crate) struct LayerUpdate<T> {
     /// Tiles to upload now, and where to.
     pub uploads: Vec<(Placement, T)>,
     /// Bytes read from disk since the last frame.
@@ -24,22 +22,9 @@ pub struct LayerUpdate<T> {
 }
 
 impl<T: Send + 'static> LayerStream<T> {
-    /// A stream into a cache of `columns` x `rows` slots, loading with `threads` workers.
-    /// `upload_bytes` tells how many bytes a tile's upload moves.
-    ///
-    /// # Errors
-    /// Where the system gives no thread.
-    pub fn new(
-        (columns, rows): (u32, u32),
-        threads: usize,
-        load: Arc<dyn Fn(TileId) -> Result<Loaded<T>, LoadError> + Send + Sync>,
-        upload_bytes: fn(&T) -> u64,
-    ) -> std::io::Result<Self> {
-        Ok(Self {
-            cache: TileCache::new(columns, rows),
-            intake: TileIntake::new(threads, load, upload_bytes)?,
-            missing: 0,
-        })
+    /// A stream of what the intake takes in, into a cache of `columns` x `rows` slots.
+    pub fn new((columns, rows): (u32, u32), intake: TileIntake<T>) -> Self {
+        Self { cache: TileCache::new(columns, rows), intake, missing: 0 }
     }
 
     /// The cache.
@@ -66,11 +51,6 @@ impl<T: Send + 'static> LayerStream<T> {
         shown.sort_unstable();
         shown.dedup();
         shown
-    }
-
-    /// Gives the stream a tile that was loaded elsewhere; it waits for its upload.
-    pub fn supply(&mut self, tile: TileId, payload: T) {
-        self.intake.supply(tile, payload);
     }
 
     /// Takes what has been loaded, plans the frame and asks for what is missing. Never waits.

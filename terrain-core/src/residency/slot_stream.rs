@@ -1,10 +1,8 @@
-use std::sync::Arc;
 use std::time::Duration;
 
 use super::tile_cache::affordable_uploads;
 use super::tile_intake::{Taken, TileIntake};
 use super::{Placement, TileInSlot};
-use crate::dataset::{LoadError, Loaded};
 use crate::tiling::TileId;
 
 /// One layer on its way from disk into slots that the GPU assigns.
@@ -24,7 +22,7 @@ pub(crate) struct SlotStream<T: Send + 'static> {
     slots: Vec<SlotUse>,
 }
 
-/// What was last brought into a slot, and when.
+/// What was last brought into a slot, unless it has come into another since, and when.
 #[derive(Clone, Copy, Default)]
 struct SlotUse {
     tile: Option<TileId>,
@@ -44,29 +42,16 @@ pub(crate) struct SlotUpdate<T> {
 }
 
 impl<T: Send + 'static> SlotStream<T> {
-    /// A stream into `slot_count` slots, of which the GPU awaits level 0 in the first. Loads with
-    /// `threads` workers; `upload_bytes` tells how many bytes a tile's upload moves.
-    ///
-    /// # Errors
-    /// Where the system gives no thread.
-    pub fn new(
-        slot_count: u32,
-        threads: usize,
-        load: Arc<dyn Fn(TileId) -> Result<Loaded<T>, LoadError> + Send + Sync>,
-        upload_bytes: fn(&T) -> u64,
-    ) -> std::io::Result<Self> {
-        Ok(Self {
-            intake: TileIntake::new(threads, load, upload_bytes)?,
+    /// A stream of what the intake takes in, into `slot_count` slots. The GPU awaits level 0 in the
+    /// first.
+    pub fn new(slot_count: u32, intake: TileIntake<T>) -> Self {
+        Self {
+            intake,
             asked: vec![TileInSlot::new(TileId::ROOT, 0)],
             asked_frame: 0,
             missing: 1,
             slots: vec![SlotUse::default(); slot_count as usize],
-        })
-    }
-
-    /// Gives the stream a tile that was loaded elsewhere.
-    pub fn supply(&mut self, tile: TileId, payload: T) {
-        self.intake.supply(tile, payload);
+        }
     }
 
     /// Takes the list of the tiles that the GPU awaited in a frame, most urgent first, and how many it
@@ -121,6 +106,10 @@ impl<T: Send + 'static> SlotStream<T> {
     fn upload(&mut self, asked: TileInSlot, frame: u64) -> Option<(Placement, T)> {
         let (tile, slot) = (asked.tile(), asked.slot());
         let payload = self.intake.take(tile)?;
+        // The tile may have lost a slot before this one.
+        for used in self.slots.iter_mut().filter(|used| used.tile == Some(tile)) {
+            used.tile = None;
+        }
         let used = &mut self.slots[slot as usize];
         let evicted = std::mem::replace(used, SlotUse { tile: Some(tile), frame: Some(frame) });
         Some((Placement { tile, slot, evicted: evicted.tile }, payload))

@@ -8,7 +8,7 @@ use crate::tiling::TileId;
 
 /// The tiles of one layer between the disk and their upload: what is being loaded, what waits, what
 /// could not be had.
-pub(super) struct TileIntake<T: Send + 'static> {
+pub(crate) struct TileIntake<T: Send + 'static> {
     loader: TileLoader<Result<Loaded<T>, LoadError>>,
     /// Loaded tiles that wait for their upload.
     ready: HashMap<TileId, T>,
@@ -19,7 +19,7 @@ pub(super) struct TileIntake<T: Send + 'static> {
 
 /// What has come since the last look.
 #[derive(Default)]
-pub(super) struct Taken {
+pub(crate) struct Taken {
     /// Bytes read from disk.
     pub disk_bytes: u64,
     /// Failures in words.

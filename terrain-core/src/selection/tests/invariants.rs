@@ -20,7 +20,7 @@ proptest! {
         for strategy in Strategy::ALL {
             let selection = case.select(strategy);
             let check = match strategy {
-                Strategy::RttQuadtree => check_scheduled,
+                Strategy::RttQuadtree | Strategy::RttQuadtreeGpu => check_scheduled,
                 Strategy::CpuFrustum => check_by_frustum,
             };
             check_common(&case, &selection).and_then(|()| check(&case, &selection)).map_err(

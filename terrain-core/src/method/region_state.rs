@@ -23,6 +23,12 @@ impl RegionState {
     /// a view only grows, which ends for certain.
     const AS_THEY_ARE: [u32; 2] = [4, 256];
 
+    /// Whether after so many images of a view, so many of them with no tile missing, its region only
+    /// grows.
+    pub fn grows(images_of_all: u32, images: u32) -> bool {
+        images_of_all > Self::AS_THEY_ARE[0] || images > Self::AS_THEY_ARE[1]
+    }
+
     /// The state after this region of the view has come back.
     pub fn after(earlier: Option<&Self>, found: Self) -> Self {
         let Some(earlier) = earlier.filter(|earlier| earlier.view == found.view) else {
@@ -30,9 +36,11 @@ impl RegionState {
         };
         let images = earlier.images + found.images;
         let images_of_all = earlier.images_of_all + found.images_of_all;
-        let grows = images_of_all > Self::AS_THEY_ARE[0] || images > Self::AS_THEY_ARE[1];
-        let region =
-            if grows { VisibleRegion::union(earlier.region, found.region) } else { found.region };
+        let region = if Self::grows(images_of_all, images) {
+            VisibleRegion::union(earlier.region, found.region)
+        } else {
+            found.region
+        };
         Self { region, images, images_of_all, ..found }
     }
 }
