@@ -5,7 +5,7 @@ use glam::DVec3;
 use terrain_core::dataset::Manifest;
 use terrain_core::gpu::DebugImage;
 use terrain_core::measure::FrameRecord;
-use terrain_core::selection::Strategy;
+use terrain_core::selection::{Strategy, Visibility};
 use terrain_core::{AntiAliasing, DebugView, RendererSettings};
 
 use super::keys::{Action, HELP};
@@ -121,6 +121,7 @@ impl Panel<'_> {
     fn sliders(&mut self, ui: &mut Ui) {
         let settings = &mut *self.settings;
         strategy_choice(ui, settings);
+        visibility_choice(ui, settings);
         cache_choice(ui, settings);
         let slots = (settings.cache_columns * settings.cache_rows) as usize;
         ui.add(Slider::new(&mut settings.max_tiles, 1..=slots).text("MaxofTiles"))
@@ -205,6 +206,17 @@ fn strategy_choice(ui: &mut Ui, settings: &mut RendererSettings) {
         |ui| {
             for strategy in Strategy::ALL {
                 ui.selectable_value(&mut settings.strategy, strategy, strategy.name());
+            }
+        },
+    );
+}
+
+fn visibility_choice(ui: &mut Ui, settings: &mut RendererSettings) {
+    egui::ComboBox::from_label("visible ground").selected_text(settings.visibility.name()).show_ui(
+        ui,
+        |ui| {
+            for visibility in Visibility::ALL {
+                ui.selectable_value(&mut settings.visibility, visibility, visibility.name());
             }
         },
     );

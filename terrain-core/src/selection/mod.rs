@@ -23,6 +23,7 @@ mod tile_list;
 mod tile_selection;
 mod tile_tree;
 mod view_pyramid;
+mod visibility;
 mod visible_region;
 
 pub use cpu_frustum::select_by_frustum;
@@ -35,6 +36,7 @@ pub use subdivide::{SelectionConfig, subdivide};
 pub use tile_list::TileList;
 pub use tile_selection::{Selection, SelectionStatistics};
 pub use tile_tree::{LayerTree, TileTree};
+pub use visibility::{UnknownVisibility, Visibility};
 pub use visible_region::{CoordinateImage, SeenGround, VisibleRegion, visible_region};
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::RendererSettings;
 use crate::resident_terrain::ResidentTerrain;
 use crate::selection::{
-    SeenGround, Selection, SelectionConfig, SelectionStrategy, TileTree, visible_region,
+    Selection, SelectionConfig, SelectionStrategy, TileTree, Visibility, visible_region,
 };
 use crate::terrain_renderer::RenderError;
 use crate::tiling::TileId;
@@ -95,10 +95,12 @@ impl TerrainMethod for TileScheduling {
     fn receive(&mut self, cx: &mut FrameContext<'_>) {
         let Some((image, count)) = self.feedback.take_newest(cx.frame) else { return };
         cx.ledger.add(ByteCause::Readback, count * self.feedback.image_bytes());
+        let is_exact = cx.settings.visibility == Visibility::Exact;
         let found = RegionState {
             region: visible_region(&image),
             frame: image.frame,
             view: image.view,
+            image: is_exact.then_some(image),
             images: 1,
             images_of_all: u32::from(self.terrain.missing() == 0),
         };
@@ -119,8 +121,7 @@ impl TerrainMethod for TileScheduling {
             texel_px: settings.texel_px,
             vertical_exaggeration: settings.vertical_exaggeration,
         };
-        let region = state.and_then(|state| state.region.as_ref());
-        let seen = region.map(SeenGround::of_box);
+        let seen = state.and_then(|state| state.seen(settings.visibility));
         let region_frame = state.map(|state| state.frame);
         self.selection = strategy(settings).select(&self.terrain.tree, seen, view, &config);
         self.selected = Some((*view, region_frame));
@@ -197,6 +198,7 @@ impl TerrainMethod for TileScheduling {
         record.tiles_selected = self.selection.tiles.len() as u64;
         record.tiles_missing = self.terrain.missing() as u64;
         record.tiles_resident = self.terrain.resident() as u64;
+        record.tiles_hidden = self.selection.statistics.hidden as u64;
         record.finest_level = self.selection.statistics.finest_level;
         record.region_age_frames = self.region_age_frames(settings, record.frame);
     }

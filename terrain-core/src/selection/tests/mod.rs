@@ -4,6 +4,7 @@
 pub(crate) mod cases;
 mod frustum;
 mod invariants;
+mod seen;
 mod sight;
 
 use std::collections::BTreeSet;
