@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cpu_frustum::CpuFrustum;
 use super::rtt_quadtree::RttQuadtree;
-use super::{Selection, SelectionConfig, TileTree, VisibleRegion};
+use super::{SeenGround, Selection, SelectionConfig, TileTree};
 use crate::CameraView;
 
 /// A way to choose the tiles a view is drawn with.
@@ -19,8 +19,8 @@ pub trait SelectionStrategy: Sync {
 
     /// The tiles for the view; the same for the same arguments.
     ///
-    /// * `region`: the ground last seen, perhaps by a view some frames old; `None` for an empty view
-    ///   and wherever [`Self::needs_region`] is false.
+    /// * `seen`: the ground last seen, perhaps by a view some frames old; `None` for an empty view and
+    ///   wherever [`Self::needs_region`] is false.
     /// * `view`: the camera of the frame to be drawn.
     ///
     /// Whatever the strategy, level 0 is on the selection, every other tile exists in a layer of the
@@ -29,7 +29,7 @@ pub trait SelectionStrategy: Sync {
     fn select(
         &self,
         tree: &TileTree,
-        region: Option<&VisibleRegion>,
+        seen: Option<SeenGround<'_>>,
         view: &CameraView,
         config: &SelectionConfig,
     ) -> Selection;

@@ -19,7 +19,9 @@ use crate::layer_loading::colour_format;
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::RendererSettings;
 use crate::resident_terrain::ResidentTerrain;
-use crate::selection::{Selection, SelectionConfig, SelectionStrategy, TileTree, visible_region};
+use crate::selection::{
+    SeenGround, Selection, SelectionConfig, SelectionStrategy, TileTree, visible_region,
+};
 use crate::terrain_renderer::RenderError;
 use crate::tiling::TileId;
 
@@ -118,8 +120,9 @@ impl TerrainMethod for TileScheduling {
             vertical_exaggeration: settings.vertical_exaggeration,
         };
         let region = state.and_then(|state| state.region.as_ref());
+        let seen = region.map(SeenGround::of_box);
         let region_frame = state.map(|state| state.frame);
-        self.selection = strategy(settings).select(&self.terrain.tree, region, view, &config);
+        self.selection = strategy(settings).select(&self.terrain.tree, seen, view, &config);
         self.selected = Some((*view, region_frame));
         started.elapsed().as_secs_f64() * 1.0e3
     }
