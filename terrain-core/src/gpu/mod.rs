@@ -61,7 +61,7 @@ pub(crate) use frame_bindings::FrameBindings;
 pub(crate) use frame_group::FrameGroup;
 pub use frame_uniforms::{FrameUniforms, TableRange};
 pub use limit_surface_pass::{LimitGpuColour, LimitGpuPicture, LimitSurfacePass};
-pub(crate) use manage_tiles_pass::{LayerDeliveries, ManageTilesPass};
+pub(crate) use manage_tiles_pass::LayerDeliveries;
 pub(crate) use offscreen_target::read_texture;
 pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
 pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};

@@ -12,19 +12,19 @@ use std::time::Duration;
 use glam::DVec2;
 
 use super::drawn_tiles::DrawnTiles;
-use super::region_state::CoordinateState;
+use super::region_state::{CoordinateState, RegionState};
 use super::{FrameContext, Moved, SceneState, TerrainMethod};
 use crate::CameraView;
 use crate::dataset::TileSource;
 use crate::frame_setup::mesh_scale_m;
 use crate::gpu::{
-    CoordinatePass, DebugImage, FrameGroup, LayerDeliveries, ManageTilesPass, TargetKind,
-    TileManagement, TileReport, TileReportRing,
+    CoordinatePass, DebugImage, FrameGroup, LayerDeliveries, SelectionRequest, TargetKind,
+    TileManagement, TileReport, TileReportRing, TileSelection,
 };
 use crate::layer_loading::{colour_format, open_intakes};
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::RendererSettings;
-use crate::selection::{Selection, SelectionConfig, Strategy, TileTree};
+use crate::selection::{Selection, SelectionConfig, TileTree};
 use crate::slot_terrain::SlotTerrain;
 use crate::terrain_renderer::RenderError;
 
@@ -34,7 +34,7 @@ pub(super) struct GpuTileScheduling {
     terrain: SlotTerrain,
     drawn: DrawnTiles,
     coordinate_pass: CoordinatePass,
-    selected_tiles: wgpu::Buffer,
+    tile_selection: TileSelection,
     management: TileManagement,
     reports: TileReportRing,
     /// What the GPU reported last.
@@ -86,24 +86,20 @@ impl GpuTileScheduling {
         let slot_count = cx.settings.cache_columns * cx.settings.cache_rows;
         let format = colour_format(&**source, cx.gpu.has_block_compression());
         let mut drawn = DrawnTiles::new(cx, source, &tree, format)?;
-        let selected_tiles = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("selected tiles"),
-            size: ManageTilesPass::SELECTED_BYTES,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        cx.gpu.queue.write_buffer(&selected_tiles, 0, bytemuck::cast_slice(&[1u32]));
-        let management = TileManagement::new(device, &tree, &mut drawn.cache, &selected_tiles);
-        drawn.bindings.rebind(device, &drawn.cache.table);
         let (size_px, region) = (cx.settings.coordinate_size_px, CoordinatePass::REGION_FORMAT);
         let coordinate_pass = CoordinatePass::new(device, &drawn.bindings, region, size_px);
+        let image = &coordinate_pass.target;
+        let tile_selection = TileSelection::new(device, &tree, image, slot_count as usize);
+        let selected = tile_selection.selected();
+        let management = TileManagement::new(device, &tree, &mut drawn.cache, selected);
+        drawn.bindings.rebind(device, &drawn.cache.table);
         let intakes = open_intakes(source, format, cx.ledger)?;
         Ok(Self {
             terrain: SlotTerrain::new(intakes, slot_count),
             tree,
             drawn,
             coordinate_pass,
-            selected_tiles,
+            tile_selection,
             management,
             reports: TileReportRing::new(device),
             report: TileReport::default(),
@@ -211,7 +207,10 @@ impl TerrainMethod for GpuTileScheduling {
         self.drawn.displace(encoder, [false, true]);
         let Some(mesh) = self.drawn.meshes.coordinates() else { return false };
         self.coordinate_pass.record(encoder, &self.drawn.bindings, mesh.parts(), mesh.visible());
-        self.region = Some(self.region_after(cx.frame, &scene.view));
+        let region = self.region_after(cx.frame, &scene.view);
+        let joins = RegionState::grows(region.images_of_all, region.images);
+        self.tile_selection.see(encoder, joins);
+        self.region = Some(region);
         self.coordinates = Some(self.coordinate_state(scene));
         true
     }
@@ -301,33 +300,38 @@ impl GpuTileScheduling {
         due: &Due,
     ) {
         if due.selects {
-            let region_frame = self.region.as_ref().map(|region| region.frame);
-            self.selected = region_frame.map(|frame| (scene.view, frame));
-            let config = SelectionConfig {
-                max_tiles: cx.settings.max_tiles,
-                texel_px: cx.settings.texel_px,
-                vertical_exaggeration: cx.settings.vertical_exaggeration,
-            };
-            let selection = Strategy::CpuFrustum.implementation().select(
-                &self.tree,
-                None,
-                &scene.view,
-                &config,
-            );
-            let mut words = vec![0u32; 8];
-            words[0] = selection.tiles.len() as u32;
-            words[4] = selection.statistics.finest_level.into();
-            for tile in &selection.tiles {
-                words.extend([tile.level.into(), tile.row, tile.column, 0]);
-            }
-            cx.gpu.queue.write_buffer(&self.selected_tiles, 0, bytemuck::cast_slice(&words));
+            self.select_tiles(cx, encoder, &scene.view);
         }
         let mut pass = begin_pass(encoder, "manage tiles");
         // Frames of the management count from 1.
         let frame = cx.frame as u32 + 1;
         let sent = self.management.manage(&cx.gpu.queue, &mut pass, frame, &due.deliveries);
-        cx.ledger.add(ByteCause::Table, sent);
+        cx.ledger.add(ByteCause::Uniform, sent);
         self.reports.expect(cx.frame);
+    }
+
+    /// Records the selection by what was seen last.
+    fn select_tiles(
+        &mut self,
+        cx: &mut FrameContext<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &CameraView,
+    ) {
+        let Some(region) = &self.region else { return };
+        let config = SelectionConfig {
+            max_tiles: cx.settings.max_tiles,
+            texel_px: cx.settings.texel_px,
+            vertical_exaggeration: cx.settings.vertical_exaggeration,
+        };
+        let request = SelectionRequest {
+            view,
+            config: &config,
+            image_origin: region.view.eye.truncate(),
+            is_exact: false,
+        };
+        let sent = self.tile_selection.select(&cx.gpu.queue, encoder, &self.tree, &request);
+        cx.ledger.add(ByteCause::Uniform, sent);
+        self.selected = Some((*view, region.frame));
     }
 
     /// Brings the tables to where they are read, as seen from the eye.
@@ -335,7 +339,7 @@ impl GpuTileScheduling {
         let mut pass = begin_pass(encoder, "place tiles");
         let sent = self.management.place(&cx.gpu.queue, &mut pass, eye);
         drop(pass);
-        cx.ledger.add(ByteCause::Table, sent);
+        cx.ledger.add(ByteCause::Uniform, sent);
         self.management.copy_ranges(encoder, &self.drawn.bindings.frame);
     }
 

@@ -216,6 +216,7 @@ struct Flight {
     slots: ManagedSlots,
     stream: SlotStream<TileId>,
     atlas: HashMap<u32, TileId>,
+    latest_slot: HashMap<TileId, u32>,
     on_their_way: VecDeque<(ManagedFrame, u64)>,
     latency: usize,
     budget: u64,
@@ -240,6 +241,7 @@ impl Flight {
             slots: ManagedSlots::new(slot_count),
             stream: SlotStream::new(slot_count, intake),
             atlas: HashMap::new(),
+            latest_slot: HashMap::new(),
             on_their_way: VecDeque::new(),
             latency,
             budget,
@@ -266,8 +268,9 @@ impl Flight {
             let shows = held.is_some_and(|held| held.state == SlotState::Resident);
             assert!(!shows, "{placement:?} overwrites {held:?}");
             let evicted = self.atlas.insert(placement.slot, payload);
-            let is_elsewhere = self.atlas.values().any(|&tile| Some(tile) == evicted);
-            assert_eq!(placement.evicted, evicted.filter(|_| !is_elsewhere));
+            let was_there = |tile: &TileId| self.latest_slot.get(tile) == Some(&placement.slot);
+            assert_eq!(placement.evicted, evicted.filter(was_there));
+            self.latest_slot.insert(placement.tile, placement.slot);
             uploaded.push(TileInSlot::new(placement.tile, placement.slot));
         }
         let before = self.slots.clone();
