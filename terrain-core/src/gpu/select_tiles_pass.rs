@@ -2,7 +2,7 @@ use super::displace_pass::{bind_buffers, storage_layout};
 use super::seen_ground_buffer::SeenGroundBuffer;
 use super::shader_library::{LIST_TILES, MERGE_TILES, RANK_TILES, SUBDIVIDE_TILES, Shader};
 use super::tile_presence::presence_words;
-use crate::selection::TileTree;
+use crate::selection::{LISTED_AT_MOST, TileTree};
 use wgpu::util::DeviceExt;
 
 /// Steps 2 to 4 of tile scheduling's selection, as [`select()`](crate::selection::select()) does them:
@@ -16,12 +16,12 @@ pub(super) struct SelectTilesPass {
 }
 
 impl SelectTilesPass {
-    /// Nodes that subdivision can make: it stops splitting at 65,536.
-    const MOST_NODES: u64 = (1 << 16) + 4;
-    const NODE_BYTES: u64 = 64;
-    /// What stands before the nodes.
-    const ARENA_HEAD_BYTES: u64 = 144;
-    const LISTS_BYTES: u64 = 4 * (131_072 + 131_080);
+    /// Nodes that subdivision can make: the last tile it splits adds up to four.
+    const MOST_NODES: u64 = LISTED_AT_MOST as u64 + 4;
+    /// Bytes of a node of the arena, of what stands before the nodes, and of the lists beside it.
+    pub const NODE_BYTES: u64 = 64;
+    pub const ARENA_HEAD_BYTES: u64 = 144;
+    pub const LISTS_BYTES: u64 = 4 * (131_072 + 131_080);
     /// Words before the tiles of a selection, and words a tile.
     pub const SELECTED_HEAD_WORDS: usize = 8;
     pub const SELECTED_TILE_WORDS: usize = 4;

@@ -24,7 +24,7 @@ use crate::gpu::{
 use crate::layer_loading::{colour_format, open_intakes};
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::RendererSettings;
-use crate::selection::{Selection, SelectionConfig, TileTree};
+use crate::selection::{Selection, SelectionConfig, TileTree, Visibility};
 use crate::slot_terrain::SlotTerrain;
 use crate::terrain_renderer::RenderError;
 
@@ -64,6 +64,13 @@ struct SeenRegion {
     /// Images of this very view, and those of them that were drawn when no tile was known to be missing.
     images: u32,
     images_of_all: u32,
+}
+
+impl SeenRegion {
+    /// Whether the region of the view only grows by now.
+    fn grows(&self) -> bool {
+        RegionState::grows(self.images_of_all, self.images)
+    }
 }
 
 /// What a frame's management has to take in.
@@ -208,8 +215,7 @@ impl TerrainMethod for GpuTileScheduling {
         let Some(mesh) = self.drawn.meshes.coordinates() else { return false };
         self.coordinate_pass.record(encoder, &self.drawn.bindings, mesh.parts(), mesh.visible());
         let region = self.region_after(cx.frame, &scene.view);
-        let joins = RegionState::grows(region.images_of_all, region.images);
-        self.tile_selection.see(encoder, joins);
+        self.tile_selection.see(encoder, region.grows());
         self.region = Some(region);
         self.coordinates = Some(self.coordinate_state(scene));
         true
@@ -233,6 +239,7 @@ impl TerrainMethod for GpuTileScheduling {
         let [heights, colours] = &self.report.layers;
         self.drawn.describe(record);
         record.tiles_selected = u64::from(self.report.selected);
+        record.tiles_hidden = u64::from(self.report.hidden);
         record.tiles_missing = self.terrain.missing() as u64;
         record.tiles_resident = u64::from(heights.resident + colours.resident);
         record.finest_level = self.report.finest_level;
@@ -327,7 +334,8 @@ impl GpuTileScheduling {
             view,
             config: &config,
             image_origin: region.view.eye.truncate(),
-            is_exact: false,
+            // A region that only grows counts as a whole.
+            is_exact: cx.settings.visibility == Visibility::Exact && !region.grows(),
         };
         let sent = self.tile_selection.select(&cx.gpu.queue, encoder, &self.tree, &request);
         cx.ledger.add(ByteCause::Uniform, sent);

@@ -30,8 +30,11 @@ pub use cpu_frustum::select_by_frustum;
 pub use merge_farthest::merge_farthest;
 pub use regularize::regularize;
 pub use rtt_quadtree::select;
+#[cfg(test)]
+pub(crate) use seen_tiles::SeenTiles;
 pub(crate) use selection_params::{SelectionParams, height_units};
 pub use strategy::{SelectionStrategy, Strategy, UnknownStrategy};
+pub(crate) use subdivide::LISTED_AT_MOST;
 pub use subdivide::{SelectionConfig, subdivide};
 pub use tile_list::TileList;
 pub use tile_selection::{Selection, SelectionStatistics};

@@ -42,7 +42,7 @@ impl SeenTiles {
     /// Tiles across that ground between neighbouring pixels may be.
     pub const MOST_TILES_ACROSS: u32 = 3;
     /// Tiles that are kept at the most.
-    const MOST_TILES: u32 = 1 << 15;
+    pub const MOST_TILES: u32 = 1 << 15;
     /// Rows and columns from the eye's tile that a tile may lie away.
     const KEY_REACH: i32 = 4_096;
 

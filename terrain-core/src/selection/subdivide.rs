@@ -25,7 +25,7 @@ impl Default for SelectionConfig {
 
 /// Tiles beyond which nothing more is split, whatever the threshold: a bound on time and memory for
 /// settings that ask for the absurd.
-pub(super) const LISTED_AT_MOST: usize = 1 << 16;
+pub(crate) const LISTED_AT_MOST: usize = 1 << 16;
 
 /// Step 2 of the paper's tile selection: quadtree subdivision by distance.
 ///

@@ -68,7 +68,7 @@ impl VisibleRegion {
     /// The region of what either saw.
     pub fn union(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         let (Some(a), Some(b)) = (a, b) else { return a.or(b) };
-        let moved = b.from_origin(a.origin);
+        let moved = b.told_from(a.origin);
         let lesser = |i: usize| a.min_m[i].min(moved.min_m[i]);
         let greater = |i: usize| a.max_m[i].max(moved.max_m[i]);
         Some(Self {
@@ -80,7 +80,7 @@ impl VisibleRegion {
     }
 
     /// The region told from another point.
-    fn from_origin(self, origin: DVec2) -> Self {
+    fn told_from(self, origin: DVec2) -> Self {
         if origin == self.origin {
             return self;
         }

@@ -11,13 +11,17 @@ use crate::gpu::manage_tiles_pass::{DeliveriesHead, ManageTilesPass, ManagedLaye
 use crate::gpu::mesh_buffers::MeshBuffers;
 use crate::gpu::place_tiles_pass::{Ground, PlacedLayer};
 use crate::gpu::precision_probe::{Answer, Operands, Outcome, Results, Trial};
+use crate::gpu::seen_ground_buffer::SeenGroundBuffer;
+use crate::gpu::select_tiles_pass::SelectTilesPass;
 use crate::gpu::shader_library::{
-    ALL, BUILD_TILE_TABLE, DERIVE_HEIGHTS, DISPLACE, LIMIT_SURFACE, MANAGE_TILES, PLACE_TILES,
-    PRECISION_ENCODINGS, PRECISION_FLOATS, PRECISION_SPAN, Shader, TERRAIN, WITH_OTHER_FLOATS,
+    ALL, BUILD_TILE_TABLE, DERIVE_HEIGHTS, DISPLACE, LIMIT_SURFACE, MANAGE_TILES, MARK_SEEN_TILES,
+    MERGE_TILES, PLACE_TILES, PRECISION_ENCODINGS, PRECISION_FLOATS, PRECISION_SPAN, REDUCE_REGION,
+    SUBDIVIDE_TILES, Shader, TERRAIN, WITH_OTHER_FLOATS,
 };
 use crate::gpu::tile_report::TileReport;
-use crate::gpu::{FrameUniforms, TableRange, TileEntry, TilePlace};
+use crate::gpu::{CoordinatePass, FrameUniforms, TableRange, TileEntry, TilePlace};
 use crate::precision::encodings::{Decoded, EncodedPoint};
+use crate::selection::{LISTED_AT_MOST, SeenTiles, SelectionParams};
 use crate::surface::MeshVertex;
 
 fn parse(shader: &Shader) -> naga::Module {
@@ -203,6 +207,33 @@ fn what_the_precision_probes_send_and_receive_has_the_same_layout() {
     );
     let results = offsets!(Results: plain, fused, quotient, sum_error, product_error);
     assert_eq!(wgsl_layout(&PRECISION_FLOATS, "Results"), (results, size_of::<Results>() as u32));
+}
+
+#[test]
+fn what_the_selection_goes_by_has_the_same_layout() {
+    let params = offsets!(SelectionParams: eye, doublings, anchor, anchor_from_origin_m, eye_ground,
+        layer_finest, units_per_m, max_tiles, height_levels, is_exact, split_below);
+    let size = size_of::<SelectionParams>() as u32;
+    assert_eq!(wgsl_layout(&MARK_SEEN_TILES, "SelectionParams"), (params, size));
+    let node_bytes = SelectTilesPass::NODE_BYTES as u32;
+    assert_eq!(wgsl_layout(&MERGE_TILES, "TileNode").1, node_bytes);
+    let arena = wgsl_layout(&MERGE_TILES, "TileArena");
+    let nodes = ("nodes".to_owned(), SelectTilesPass::ARENA_HEAD_BYTES as u32);
+    assert_eq!(arena.0.last(), Some(&nodes));
+    let lists = wgsl_layout(&MERGE_TILES, "TileLists");
+    assert_eq!(u64::from(lists.1), SelectTilesPass::LISTS_BYTES);
+    let sky = naga::Literal::F32(CoordinatePass::SKY);
+    assert_eq!(wgsl_constant(&REDUCE_REGION, "SKY"), sky);
+    let pixels = wgsl_constant(&REDUCE_REGION, "SEEN_PIXELS");
+    assert_eq!(pixels, naga::Literal::U32((SeenGroundBuffer::BOX_BYTES / 4) as u32 - 1));
+    let header = wgsl_constant(&REDUCE_REGION, "SEEN_HEADER");
+    assert_eq!(header, naga::Literal::U32((SeenGroundBuffer::HEADER_BYTES / 4) as u32));
+    let across = naga::Literal::U32(SeenTiles::MOST_TILES_ACROSS);
+    assert_eq!(wgsl_constant(&MARK_SEEN_TILES, "MOST_TILES_ACROSS"), across);
+    let most = naga::Literal::U32(SeenTiles::MOST_TILES);
+    assert_eq!(wgsl_constant(&MARK_SEEN_TILES, "MOST_SEEN_TILES"), most);
+    let listed = naga::Literal::U32(LISTED_AT_MOST as u32);
+    assert_eq!(wgsl_constant(&SUBDIVIDE_TILES, "LISTED_AT_MOST"), listed);
 }
 
 #[test]

@@ -184,7 +184,7 @@ fn trees() -> Vec<TileTree> {
         deep_tree(24, 24),
         deep_tree(18, 12),
     ];
-    let colours = layer(8, 384, |tile| mixed(9, tile.ancestor_at(4)) % 3 > 0);
+    let colours = layer(8, 384, |tile| mixed(9, tile.ancestor_at(4)) > u64::MAX / 3);
     trees.push(TileTree {
         colours: Some(colours),
         height_ranges: height_ranges(7, 1),
