@@ -4,6 +4,7 @@ use wgpu::util::DeviceExt;
 use super::compute_pipeline::{bind_group, compute_pipeline};
 use super::shader_library::MANAGE_TILES;
 use super::tile_presence::presence_words;
+use super::tile_report::TileReport;
 use crate::residency::TileInSlot;
 use crate::selection::TileTree;
 
@@ -61,8 +62,10 @@ impl LayerDeliveries {
 pub(crate) struct ManageTilesPass {
     pipeline: wgpu::ComputePipeline,
     groups: [wgpu::BindGroup; 2],
-    layers: u32,
+    /// Layers that have tiles: the heights, and the colours where there are any.
+    pub(super) layers: u32,
     deliveries: wgpu::Buffer,
+    #[cfg(test)]
     pub(super) slots: wgpu::Buffer,
     pub(super) shown: wgpu::Buffer,
     pub(super) report: wgpu::Buffer,
@@ -73,17 +76,16 @@ impl ManageTilesPass {
     pub const MOST_SLOTS: u32 = 1600;
     /// Tiles of a layer that are asked for at a time: `MOST_ASKED` of the shader.
     pub const MOST_ASKED: u32 = 32;
-    /// Bytes of a selection with so many tiles: eight words, and four a tile.
-    pub const SELECTED_BYTES: u64 = 4 * (8 + 4 * Self::MOST_SLOTS as u64);
-    /// Bytes of what the shader reports.
-    pub const REPORT_BYTES: u64 = 16 + 2 * 8 * Self::MOST_ASKED as u64;
+    /// Bytes of what the shader reports: a head and both lists.
+    pub const REPORT_BYTES: u64 = TileReport::HEAD_BYTES + 2 * 8 * Self::MOST_ASKED as u64;
 
     const TILE_BYTES: u64 = 16;
     /// A count and the tiles.
     const SHOWN_BYTES: u64 = 16 + Self::TILE_BYTES * Self::MOST_SLOTS as u64;
 
-    /// Slots of a layer: `slot_count` each. `selected` holds the selection; see
-    /// [`Self::SELECTED_BYTES`]. Level 0 is asked for from the beginning, for the first slot.
+    /// A cache of `slot_count` slots a layer. `selected` holds the selection, laid out as
+    /// [`TileSelection::selected`](super::TileSelection::selected) tells; where all its words are 0 that
+    /// is level 0. Level 0 is asked for from the beginning, for the first slot.
     pub fn new(
         device: &wgpu::Device,
         tree: &TileTree,
@@ -131,7 +133,16 @@ impl ManageTilesPass {
         ];
         let layers =
             1 + u32::from(tree.colours.as_ref().is_some_and(|layer| !layer.present.is_empty()));
-        Self { pipeline, groups, layers, deliveries, slots, shown, report }
+        Self {
+            pipeline,
+            groups,
+            layers,
+            deliveries,
+            #[cfg(test)]
+            slots,
+            shown,
+            report,
+        }
     }
 
     /// Tells the next recording of the pass what has been brought: at most [`Self::MOST_ASKED`] tiles

@@ -6,6 +6,7 @@ use super::manage_tiles_pass::{LayerDeliveries, ManageTilesPass};
 use super::offset_table_buffer::{TileEntry, ToldFrom};
 use super::place_tiles_pass::{Ground, PlaceTilesPass, PlacedLayer};
 use super::terrain_cache::TerrainCache;
+use super::tile_report::TileReport;
 use crate::selection::TileTree;
 use crate::tiling::TilingScheme;
 
@@ -16,14 +17,12 @@ pub(crate) struct TileManagement {
     build: BuildTileTablePass,
     place: PlaceTilesPass,
     scheme: TilingScheme,
-    layers: u32,
     slot_count: u32,
 }
 
 impl TileManagement {
-    /// Management of the cache's slots by the selection in `selected`, whose layout
-    /// [`ManageTilesPass::SELECTED_BYTES`] tells. Gives the cache's table room for all its slots: it is
-    /// to be bound after this.
+    /// Management of the cache's slots by the selection in `selected`; see [`ManageTilesPass::new`].
+    /// Gives the cache's table room for all its slots: it is to be bound after this.
     pub fn new(
         device: &wgpu::Device,
         tree: &TileTree,
@@ -46,9 +45,7 @@ impl TileManagement {
         let manage = ManageTilesPass::new(device, tree, slot_count, selected);
         let build = BuildTileTablePass::new(device, space, &manage, &cache.table.nodes);
         let place = PlaceTilesPass::new(device, &ground, &build, &cache.table.entries);
-        let layers =
-            1 + u32::from(tree.colours.as_ref().is_some_and(|layer| !layer.present.is_empty()));
-        Self { manage, build, place, scheme: tree.scheme, layers, slot_count }
+        Self { manage, build, place, scheme: tree.scheme, slot_count }
     }
 
     /// Records the management of a frame: takes what the CPU has brought, gives the selection's tiles
@@ -62,7 +59,7 @@ impl TileManagement {
     ) -> u64 {
         let sent = self.manage.set_deliveries(queue, frame, deliveries);
         self.manage.record(pass);
-        self.build.record(pass, self.layers);
+        self.build.record(pass, self.manage.layers);
         sent
     }
 
@@ -74,7 +71,7 @@ impl TileManagement {
         eye: DVec2,
     ) -> u64 {
         let sent = self.place.set_eye(queue, &self.scheme, eye);
-        self.place.record(pass, self.layers, self.slot_count);
+        self.place.record(pass, self.manage.layers, self.slot_count);
         sent
     }
 
@@ -99,11 +96,11 @@ impl TileManagement {
         listed: [u32; 2],
     ) -> u64 {
         let report = &self.manage.report;
-        let mut end = 16;
+        let mut end = TileReport::HEAD_BYTES;
         encoder.copy_buffer_to_buffer(report, 0, buffer, 0, end);
         for (layer, count) in (0..).zip(listed) {
             let bytes = 8 * u64::from(count);
-            let begin = 16 + layer * 8 * u64::from(ManageTilesPass::MOST_ASKED);
+            let begin = TileReport::HEAD_BYTES + layer * 8 * u64::from(ManageTilesPass::MOST_ASKED);
             if bytes > 0 {
                 encoder.copy_buffer_to_buffer(report, begin, buffer, end, bytes);
             }

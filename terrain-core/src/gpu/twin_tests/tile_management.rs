@@ -76,7 +76,7 @@ impl Bench {
         let mut cache = TerrainCache::new(&gpu, &tree, ColourFormat::Rgba8, slots);
         let selected = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("selected tiles"),
-            size: ManageTilesPass::SELECTED_BYTES,
+            size: 4 * (8 + 4 * u64::from(ManageTilesPass::MOST_SLOTS)),
             usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
