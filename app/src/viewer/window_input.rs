@@ -26,7 +26,7 @@ impl TerrainWindow {
     pub(super) fn on_event(&mut self, event: &WindowEvent) -> anyhow::Result<Next> {
         let mut wants_frame = false;
         let mut consumed = false;
-        if self.panel_visible {
+        if self.has_ui() {
             let response = self.ui.on_event(&self.window, event);
             wants_frame = response.repaint;
             consumed = response.consumed;
@@ -40,7 +40,10 @@ impl TerrainWindow {
                 self.hidden = *hidden;
                 wants_frame |= !hidden;
             }
-            WindowEvent::Focused(false) => self.let_go(),
+            WindowEvent::Focused(false) => {
+                self.let_go();
+                wants_frame = true;
+            }
             WindowEvent::ModifiersChanged(modifiers) => self.pointer.modifiers = modifiers.state(),
             WindowEvent::KeyboardInput { event, .. } => {
                 match self.on_key(event, consumed) {
@@ -83,6 +86,7 @@ impl TerrainWindow {
         self.controls.set_held(self.pointer.held);
         self.pointer.drag_button = None;
         self.controls.end_drag();
+        self.comparison.shows_second_alone = false;
     }
 
     fn on_key(&mut self, event: &KeyEvent, consumed: bool) -> Option<Action> {
@@ -101,14 +105,17 @@ impl TerrainWindow {
             self.controls.set_held(self.pointer.held);
             return None;
         }
-        (down && !event.repeat && !with_command)
+        if !down {
+            return keys::release(&event.logical_key);
+        }
+        (!event.repeat && !with_command)
             .then(|| keys::action(&event.logical_key, &event.physical_key))
             .flatten()
     }
 
     fn on_cursor(&mut self, position_px: [f64; 2]) -> bool {
         self.pointer.position_px = position_px;
-        self.controls.drag_to(position_px, &Self::ground(&self.renderer))
+        self.controls.drag_to(position_px, &self.scene.ground())
     }
 
     fn on_button(&mut self, state: ElementState, button: MouseButton, consumed: bool) {
@@ -129,7 +136,7 @@ impl TerrainWindow {
         if !consumed {
             self.take_over();
             self.pointer.drag_button = Some(button);
-            let ground = Self::ground(&self.renderer);
+            let ground = self.scene.ground();
             self.controls.begin_drag(kind, self.pointer.position_px, &ground);
         }
     }
@@ -140,7 +147,7 @@ impl TerrainWindow {
             MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_A_STEP,
         };
         self.take_over();
-        let ground = Self::ground(&self.renderer);
+        let ground = self.scene.ground();
         self.controls.wheel(steps, self.pointer.position_px, &ground);
     }
 }
