@@ -82,7 +82,7 @@ impl UiLayer {
         moved
             .or_else(|| self.context.pointer_latest_pos())
             .and_then(|position| self.context.layer_id_at(position))
-            .is_some_and(|layer| layer != egui::LayerId::background())
+            .is_some_and(|layer| layer.order != egui::Order::Background)
     }
 
     /// Makes a texture of the scene's device known to the user interface.

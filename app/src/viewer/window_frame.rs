@@ -97,7 +97,13 @@ impl TerrainWindow {
         if scenes.iter().all(|scene| scene.is_kept(&self.surface, view)) {
             return Ok(());
         }
+        let is_compared = scenes.len() > 1;
         for scene in &mut scenes {
+            // A software driver's submit waits for the work before it: that would pass for time that
+            // the second scene's own frame takes.
+            if self.gpu.is_software() && is_compared {
+                self.gpu.wait()?;
+            }
             scene.draw_and_keep(&self.gpu, &self.surface, view, self.frame_s)?;
         }
         Ok(())

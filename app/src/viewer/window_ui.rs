@@ -16,7 +16,6 @@ use super::window::TerrainWindow;
 struct Wishes {
     settings: RendererSettings,
     choices: Choices,
-    divider: f64,
     debug_image: Option<DebugImage>,
     actions: Vec<Action>,
 }
@@ -39,11 +38,9 @@ impl TerrainWindow {
 
     /// Everything as it is.
     fn no_wishes(&self) -> Wishes {
-        let choices = *self.comparison.choices();
         Wishes {
             settings: *self.scene.settings(),
-            choices,
-            divider: choices.divider,
+            choices: *self.comparison.choices(),
             debug_image: self.debug_image,
             actions: Vec::new(),
         }
@@ -60,11 +57,9 @@ impl TerrainWindow {
         let size_px = self.surface.size_px();
         let first = *self.scene.settings();
         let (scene, second) = (&self.scene, self.comparison.second());
-        let mut overlay = second.map(|second| Overlay {
-            mode: self.comparison.choices().mode,
+        let overlay = second.map(|second| Overlay {
             shares: self.comparison.shares(size_px[0]).0,
             strategies: [first.strategy, second.settings().strategy],
-            divider: &mut wishes.divider,
         });
         let mut panel = self.panel_visible.then(|| Panel {
             title: &self.title,
@@ -86,7 +81,7 @@ impl TerrainWindow {
         let notice = self.notice.as_ref().map(|(text, _)| text.as_str());
         let target = UiTarget { view, size_px };
         self.ui.draw(&self.gpu, encoder, &self.window, &target, |ui| {
-            if let Some(overlay) = &mut overlay {
+            if let Some(overlay) = &overlay {
                 overlay.show(ui);
             }
             if let Some(panel) = &mut panel {
@@ -111,11 +106,7 @@ impl TerrainWindow {
             self.request_frame();
         }
         self.change_settings(wishes.settings)?;
-        let mut choices = wishes.choices;
-        if wishes.divider != self.comparison.choices().divider {
-            choices.divider = wishes.divider;
-        }
-        self.change_comparison(choices)?;
+        self.change_comparison(wishes.choices)?;
         for action in wishes.actions {
             self.act(action)?;
         }

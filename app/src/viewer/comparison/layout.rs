@@ -56,10 +56,10 @@ impl Shares {
     }
 }
 
-/// Where a divider dragged to `x` points lies, as a fraction of the window's width; in the middle of
-/// a window without width.
-pub fn fraction_at(x: f32, width: f32) -> f64 {
-    if width > 0.0 { f64::from(x / width).clamp(0.0, 1.0) } else { 0.5 }
+/// Where a divider dragged to column `x_px` lies, as a fraction of the window's width; in the middle
+/// of a window without width.
+pub fn fraction_at(x_px: f64, width_px: u32) -> f64 {
+    if width_px > 0 { (x_px / f64::from(width_px)).clamp(0.0, 1.0) } else { 0.5 }
 }
 
 /// The scene that flicker shows so long after it began, and how soon it shows the other.
@@ -93,11 +93,11 @@ mod tests {
 
     #[test]
     fn a_divider_goes_where_it_is_dragged_and_stays_in_the_window() {
-        assert_eq!(fraction_at(200.0, 800.0), 0.25);
-        assert_eq!(fraction_at(-3.0, 800.0), 0.0);
-        assert_eq!(fraction_at(900.0, 800.0), 1.0);
-        assert_eq!(fraction_at(0.0, 0.0), 0.5);
-        let shares = Shares::divided_at(fraction_at(321.0, 1280.0), 1280);
+        assert_eq!(fraction_at(200.0, 800), 0.25);
+        assert_eq!(fraction_at(-3.0, 800), 0.0);
+        assert_eq!(fraction_at(900.0, 800), 1.0);
+        assert_eq!(fraction_at(0.0, 0), 0.5);
+        let shares = Shares::divided_at(fraction_at(321.0, 1280), 1280);
         assert_eq!(shares.first_columns, 321);
     }
 

@@ -21,6 +21,9 @@ pub use self::overlay::Overlay;
 pub use self::section::ComparisonSection;
 use super::scene::Scene;
 
+/// How near to the divider the pointer takes hold of it, points.
+const GRIP_POINTS: f64 = 7.0;
+
 /// A comparison, or what one would be.
 pub struct Comparison {
     choices: Choices,
@@ -101,8 +104,45 @@ impl Comparison {
         }
     }
 
+    /// Whether the divider can be taken hold of at column `x_px` of a window of this width, whose points
+    /// are `scale` pixels.
+    pub fn has_divider_at(&self, x_px: f64, width_px: u32, scale: f64) -> bool {
+        let divider_px = self.choices.divider * f64::from(width_px);
+        let is_seen = self.choices.mode == Mode::Split && !self.shows_second_alone;
+        is_seen && (x_px - divider_px).abs() <= GRIP_POINTS * scale
+    }
+
+    /// Moves the divider to column `x_px` of a window of this width.
+    pub fn move_divider(&mut self, x_px: f64, width_px: u32) {
+        self.choices.divider = layout::fraction_at(x_px, width_px);
+    }
+
     /// Whether a frame for this view would show or do anything new in the second scene.
     pub fn needs_frame(&self, view: &CameraView) -> bool {
         self.second.as_ref().is_some_and(|scene| scene.renderer.needs_frame(view))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_divider_is_held_where_it_is_seen_and_at_the_windows_edge() {
+        let choices = Choices::new(&RendererSettings::default(), None);
+        let mut comparison = Comparison::new(choices);
+        assert!(!comparison.has_divider_at(400.0, 800, 1.0), "there is none yet");
+        comparison.choices.mode = Mode::Split;
+        assert!(comparison.has_divider_at(406.0, 800, 1.0));
+        assert!(!comparison.has_divider_at(412.0, 800, 1.0));
+        assert!(
+            comparison.has_divider_at(412.0, 800, 2.0),
+            "a finer screen, the same width of hand"
+        );
+        comparison.move_divider(2_000.0, 800);
+        assert_eq!(comparison.shares(800).0, Shares::all_of(Side::First, 800));
+        assert!(comparison.has_divider_at(799.0, 800, 1.0));
+        comparison.shows_second_alone = true;
+        assert!(!comparison.has_divider_at(799.0, 800, 1.0));
     }
 }

@@ -1,37 +1,27 @@
 //! The divider, and the names of the scenes beside it.
 
-use egui::{Align2, Color32, CursorIcon, FontId, Id, Order, Painter, Pos2, Sense, Ui};
+use egui::{Align2, Color32, FontId, Id, Order, Painter, Pos2, Ui};
 use terrain_core::selection::Strategy;
 
-use super::Mode;
-use super::layout::{Shares, Side, fraction_at};
+use super::layout::{Shares, Side};
 
-/// Width of the strip that takes hold of the divider, points.
-const GRIP_WIDTH: f32 = 12.0;
 /// Radius of the knob at the divider's middle, points.
 const KNOB_RADIUS: f32 = 7.0;
 /// From the window's upper edge and from the divider to the names, points.
 const MARGIN: f32 = 14.0;
 
 /// What is drawn over two scenes.
-pub struct Overlay<'a> {
-    /// How the scenes are shown.
-    pub mode: Mode,
+pub struct Overlay {
     /// How much of each is seen.
     pub shares: Shares,
     /// The strategies of the first and the second.
     pub strategies: [Strategy; 2],
-    /// Where the divider is, for the user to drag.
-    pub divider: &'a mut f64,
 }
 
-impl Overlay<'_> {
-    /// Draws it behind all panels.
-    pub fn show(&mut self, ui: &Ui) {
+impl Overlay {
+    /// Draws it, behind all panels.
+    pub fn show(&self, ui: &Ui) {
         let screen = ui.ctx().content_rect();
-        if self.mode == Mode::Split {
-            self.drag_divider(ui, screen);
-        }
         let layer = egui::LayerId::new(Order::Background, Id::unique("comparison"));
         let painter = ui.ctx().layer_painter(layer);
         let [of_first, of_second] = self.strategies.map(Strategy::name);
@@ -50,26 +40,6 @@ impl Overlay<'_> {
             name(&painter, Pos2::new(x - MARGIN, y), Align2::RIGHT_TOP, first);
             name(&painter, Pos2::new(x + MARGIN, y), Align2::LEFT_TOP, second);
         }
-    }
-
-    /// Lets the user take hold of the divider. It can be dragged to the very edge of the window, and
-    /// back.
-    fn drag_divider(&mut self, ui: &Ui, screen: egui::Rect) {
-        let reach = screen.width() - GRIP_WIDTH;
-        let middle = screen.left() + *self.divider as f32 * screen.width();
-        let left = (middle - 0.5 * GRIP_WIDTH).clamp(screen.left(), screen.left() + reach.max(0.0));
-        let area = egui::Area::new(Id::unique("divider"))
-            .order(Order::Background)
-            .fixed_pos([left, screen.top()])
-            .constrain(false);
-        area.show(ui.ctx(), |ui| {
-            let size = egui::vec2(GRIP_WIDTH, screen.height());
-            let (_, grip) = ui.allocate_exact_size(size, Sense::drag());
-            if let Some(pointer) = grip.interact_pointer_pos().filter(|_| grip.dragged()) {
-                *self.divider = fraction_at(pointer.x - screen.left(), screen.width());
-            }
-            grip.on_hover_and_drag_cursor(CursorIcon::ResizeHorizontal);
-        });
     }
 }
 
