@@ -224,6 +224,9 @@ fn on_the_gpu_little_is_read_back_and_of_a_still_camera_nothing() {
         let view = view(heading_deg, -18.0, 2_500.0);
         let record = bench.renderer.render(&view, bench.target.view(), OFFSCREEN_FORMAT).unwrap();
         bench.gpu.wait().unwrap();
+        if heading_deg > 1.0 {
+            assert_eq!(record.region_age_frames, Some(1), "{record:?}");
+        }
         assert_eq!(record.upload_table_bytes, 0, "tables are built where they are used");
         // One tile of imagery goes through whatever its size.
         let tiles = record.upload_dem_bytes + record.upload_dom_bytes;

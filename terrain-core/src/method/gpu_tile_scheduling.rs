@@ -43,8 +43,8 @@ pub(super) struct GpuTileScheduling {
     selection: Selection,
 
     region: Option<SeenRegion>,
-    /// The view and the region's frame the latest selection was made for.
-    selected: Option<(CameraView, u64)>,
+    /// What the latest selection was made for.
+    selected: Option<SelectedFor>,
     /// What the latest coordinate image was made of.
     coordinates: Option<CoordinateState>,
     /// What this frame's compute passes are to do, until they are recorded.
@@ -67,10 +67,23 @@ struct SeenRegion {
 }
 
 impl SeenRegion {
+    /// What a selection for the view by this region is made for.
+    fn selected_for(&self, view: &CameraView) -> SelectedFor {
+        SelectedFor { view: *view, region_view: self.view, region_frame: self.frame }
+    }
+
     /// Whether the region of the view only grows by now.
     fn grows(&self) -> bool {
         RegionState::grows(self.images_of_all, self.images)
     }
+}
+
+/// What a selection was made for: a view, by the region that another may have seen.
+#[derive(Clone, Copy, PartialEq)]
+struct SelectedFor {
+    view: CameraView,
+    region_view: CameraView,
+    region_frame: u64,
 }
 
 /// What a frame's management has to take in.
@@ -339,7 +352,7 @@ impl GpuTileScheduling {
         };
         let sent = self.tile_selection.select(&cx.gpu.queue, encoder, &self.tree, &request);
         cx.ledger.add(ByteCause::Uniform, sent);
-        self.selected = Some((*view, region.frame));
+        self.selected = Some(region.selected_for(view));
     }
 
     /// Brings the tables to where they are read, as seen from the eye.
@@ -376,14 +389,13 @@ impl GpuTileScheduling {
     /// Whether there is a region that the view's tiles have not been selected by yet.
     fn wants_selection(&self, settings: &RendererSettings, view: &CameraView) -> bool {
         let Some(region) = &self.region else { return false };
-        !settings.freeze_selection && self.selected != Some((*view, region.frame))
+        !settings.freeze_selection && self.selected != Some(region.selected_for(view))
     }
 
     /// How many frames ago the region in use was seen; 0 where the camera has not moved since.
     fn region_age_frames(&self, frame: u64) -> Option<u64> {
-        let (view, region_frame) = self.selected?;
-        let is_current = self.region.as_ref().is_some_and(|region| region.view == view);
-        Some(if is_current { 0 } else { frame - region_frame })
+        let SelectedFor { view, region_view, region_frame } = self.selected?;
+        Some(if region_view == view { 0 } else { frame - region_frame })
     }
 }
 
