@@ -44,7 +44,7 @@ impl Keyframe {
 ///
 /// Every component follows a curve that is exact at the keyframes and never overshoots them, so a
 /// path whose keyframes clear the ground does not dip between them by itself. Headings take the
-/// shortest way round from one keyframe to the next.
+/// shortest way round from one keyframe to the next. Keyframes within [`Flight::CUT_S`] are a cut.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flight {
     crs: String,
@@ -119,6 +119,10 @@ pub enum FlightError {
 const FRAMES_AT_MOST: f64 = 1.0e9;
 
 impl Flight {
+    /// Two keyframes no farther apart than so many seconds are a cut: the view of the first holds until
+    /// the second.
+    pub const CUT_S: f64 = 1.0e-3;
+
     /// A flight in the CRS (such as `EPSG:32632`) at `fps` frames a second.
     ///
     /// # Errors
@@ -232,7 +236,8 @@ impl Flight {
         let [x, y, height, heading, pitch, fov] = match self.keyframes.get(index + 1) {
             Some(next) => {
                 let width = next.t - self.keyframes[index].t;
-                let fraction = (t - self.keyframes[index].t) / width;
+                let is_cut = width <= Self::CUT_S && t < next.t;
+                let fraction = if is_cut { 0.0 } else { (t - self.keyframes[index].t) / width };
                 self.curves.each_ref().map(|curve| curve.value(index, fraction, width))
             }
             None => {

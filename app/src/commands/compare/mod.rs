@@ -17,8 +17,8 @@ use clap::Args;
 use terrain_core::RendererSettings;
 use terrain_core::dataset::{Dataset, TileSource};
 use terrain_core::gpu::AdapterChoice;
-use terrain_core::measure::Flight;
 use terrain_core::measure::sweep::{Knob, Sweep};
+use terrain_core::measure::{Flight, PlannedFlight};
 use terrain_core::selection::Strategy;
 
 use self::course::{Course, RunPlan};
@@ -209,8 +209,8 @@ fn flight(
     exaggeration: f64,
 ) -> anyhow::Result<Flight> {
     match &args.flight {
-        Some(path) => flights::read(path, source.manifest()),
-        None => flights::tour(source, exaggeration),
+        Some(name) => flights::find(name, source, exaggeration),
+        None => flights::plan(PlannedFlight::Tour, source, exaggeration),
     }
 }
 
