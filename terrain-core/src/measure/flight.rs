@@ -226,6 +226,14 @@ impl Flight {
         (start + frame as f64 / self.fps).min(end)
     }
 
+    /// Whether the view is cut after the one time and until the other, seconds.
+    pub fn is_cut_between(&self, after_s: f64, until_s: f64) -> bool {
+        self.keyframes.windows(2).any(|pair| {
+            let is_cut = pair[1].t - pair[0].t <= Self::CUT_S;
+            is_cut && after_s < pair[1].t && pair[1].t <= until_s
+        })
+    }
+
     /// The view at the time, for a picture of this size. Before the first and after the last
     /// keyframe it stands still; a NaN is taken as the beginning.
     pub fn view_at(&self, t: f64, viewport_px: [u32; 2]) -> CameraView {

@@ -2,6 +2,7 @@
 //! exact ones.
 
 mod camera_spec;
+pub mod equal_error;
 pub mod error;
 mod flight;
 mod flight_recorder;
@@ -11,6 +12,7 @@ mod monotone_curve;
 pub mod motion;
 mod planned_flights;
 pub mod report;
+pub mod rest;
 pub mod sweep;
 
 pub use camera_spec::{CameraHeight, CameraSpec, CameraSpecError};

@@ -179,6 +179,8 @@ fn a_cut_holds_the_view_before_it() {
     for t in [3.0, 3.5, 4.0, 5.0] {
         assert_eq!(flight.view_at(t, VIEWPORT).eye.x, 9.0e5, "{t}");
     }
+    assert!(flight.is_cut_between(2.9, 3.0) && flight.is_cut_between(2.0, 3.5));
+    assert!(!flight.is_cut_between(0.0, 2.9) && !flight.is_cut_between(3.0, 4.0));
     let ends_with_cut = Flight::new("local", 30.0, flight.keyframes()[..3].to_vec()).unwrap();
     assert_eq!(ends_with_cut.view_at(3.0, VIEWPORT).eye.x, 9.0e5);
 }

@@ -25,7 +25,9 @@ use crate::layer_loading::colour_format;
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::{DebugView, LookupMethod, RendererSettings};
 use crate::resident_terrain::ResidentTerrain;
-use crate::selection::{Selection, SelectionConfig, SelectionStrategy, TileTree, visible_region};
+use crate::selection::{
+    LayerTree, Selection, SelectionConfig, SelectionStrategy, TileTree, visible_region,
+};
 use crate::terrain_renderer::RenderError;
 use crate::tiling::TileId;
 
@@ -154,8 +156,12 @@ impl TerrainMethod for TileScheduling {
         let tree = &self.terrain.tree;
         let sent = self.cache.upload_heights(cx.gpu, encoder, tree, &arrivals.heights);
         cx.ledger.add(ByteCause::Dem, sent);
+        cx.ledger.add_texels(ByteCause::Dem, texels(&tree.heights, arrivals.heights.len()));
         let sent = self.cache.upload_colours(cx.gpu, encoder, &arrivals.colours);
         cx.ledger.add(ByteCause::Dom, sent);
+        if let Some(colours) = &tree.colours {
+            cx.ledger.add_texels(ByteCause::Dom, texels(colours, arrivals.colours.len()));
+        }
         let moved = Moved { new: arrivals.count() as u64, evicted: arrivals.evicted() as u64 };
         self.terrain.keep(arrivals.heights);
         moved
@@ -380,6 +386,11 @@ impl TileScheduling {
     fn clearance_m(&self, scene: &SceneState) -> f64 {
         self.terrain.clearance_m(scene.view.eye, scene.settings.vertical_exaggeration)
     }
+}
+
+/// Texels of so many tiles, gutters included.
+fn texels(layer: &LayerTree, tiles: usize) -> u64 {
+    tiles as u64 * u64::from(layer.layout.stored_size_texels()).pow(2)
 }
 
 fn strategy(settings: &RendererSettings) -> &'static dyn SelectionStrategy {
