@@ -8,6 +8,10 @@ use super::run_summary::{RunSummary, RunTime};
 /// Whose bytes the others' are divided by, where it is among them.
 const YARDSTICK: &str = "rtt-quadtree";
 
+/// How many times the least error that all reach costs are compared at. Where a sweep's errors level out
+/// the last hundredth of an error can double the bytes: no comparison should hang on that.
+const EASE: f64 = 1.02;
+
 /// What a picture's error is told by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -97,7 +101,7 @@ impl Comparison {
         })
     }
 
-    /// At one error a flight: the one given, or the tightest that all strategies reach.
+    /// At one error a flight: the one given, or 2 % above the tightest that all strategies reach.
     pub fn at_equal(
         runs: &[RunSummary],
         settle: bool,
@@ -113,7 +117,8 @@ impl Comparison {
             };
             let by_upload = |strategy: &&str| curve(strategy, &RunSummary::upload_kib);
             let curves = strategies.iter().filter_map(by_upload).collect::<Vec<_>>();
-            let Some(target) = given.or_else(|| tightest_common_error(&curves)) else {
+            let tightest = || tightest_common_error(&curves).map(|error| EASE * error);
+            let Some(target) = given.or_else(tightest) else {
                 return (None, vec![Costs::UNKNOWN; strategies.len()]);
             };
             let at = |curve: Option<CostCurve>| {
@@ -210,24 +215,17 @@ mod tests {
         RunSummary::of(&RunResult { flight: flight.into(), strategy, is_typical, ..run })
     }
 
-    /// Two strategies over two flights: one sends 100 / FLIP bytes, the other three times that but
-    /// reaches half the error only.
+    /// Over two flights, one with ten times the bytes, two strategies whose bytes go with the inverse of
+    /// the error: the second sends three times the first's, and does not reach its least error.
     fn runs() -> Vec<RunSummary> {
-        let (ours, theirs) = (Strategy::RttQuadtree, Strategy::CpuFrustum);
-        ["low", "high"]
-            .into_iter()
-            .flat_map(|flight| {
-                let factor = if flight == "low" { 1 } else { 10 };
-                let ours = [(1, 0.04), (2, 0.02), (4, 0.01)];
-                let theirs_points = [(3, 0.04), (6, 0.02)];
-                let ours =
-                    ours.map(|(kib, flip)| run(flight, Strategy::RttQuadtree, kib * factor, flip));
-                let theirs =
-                    theirs_points.map(|(kib, flip)| run(flight, theirs, kib * factor, flip));
-                ours.into_iter().chain(theirs)
-            })
-            .filter(|run| run.strategy == ours.name() || run.strategy == theirs.name())
-            .collect()
+        let flight = |name: &'static str, factor: u64| {
+            let ours = [(1, 0.04), (2, 0.02), (4, 0.01)];
+            let ours = ours.map(|point| (Strategy::RttQuadtree, point));
+            let theirs = [(3, 0.04), (6, 0.02)].map(|point| (Strategy::CpuFrustum, point));
+            let all = ours.into_iter().chain(theirs);
+            all.map(move |(strategy, (kib, flip))| run(name, strategy, kib * factor, flip))
+        };
+        flight("low", 1).chain(flight("high", 10)).collect()
     }
 
     #[test]
@@ -235,17 +233,15 @@ mod tests {
         let equal = Comparison::at_equal(&runs(), false, ErrorColumn::FlipMean, None);
         assert_eq!(equal.strategies, ["rtt-quadtree", "cpu-frustum"]);
         for (flight, factor) in equal.flights.iter().zip([1.0, 10.0]) {
-            assert!((flight.error.unwrap() - 0.02).abs() < 1e-12);
+            assert!((flight.error.unwrap() - 1.02 * 0.02).abs() < 1e-12);
             let kib = flight.costs.iter().map(|costs| costs.upload_kib.most().unwrap());
             let kib = kib.collect::<Vec<_>>();
-            assert!((kib[0] / (2.0 * factor) - 1.0).abs() < 1e-9, "{kib:?}");
-            assert!((kib[1] / (6.0 * factor) - 1.0).abs() < 1e-9, "{kib:?}");
+            assert!((kib[0] / (2.0 / 1.02 * factor) - 1.0).abs() < 1e-9, "{kib:?}");
+            assert!((kib[1] / (6.0 / 1.02 * factor) - 1.0).abs() < 1e-9, "{kib:?}");
         }
         let upload: Cost = |costs| costs.upload_kib;
-        assert!((equal.mean(0, upload).most().unwrap() - 11.0).abs() < 1e-9);
+        assert!((equal.mean(0, upload).most().unwrap() - 11.0 / 1.02).abs() < 1e-9);
         assert!((equal.ratio(1, upload).unwrap() - 3.0).abs() < 1e-9);
-        let both: Cost = |costs| costs.both_ways_kib;
-        assert!((equal.mean(1, both).most().unwrap() - 35.0).abs() < 1e-9);
     }
 
     #[test]

@@ -58,9 +58,7 @@ const SCREEN_ERROR: Curve = Curve {
 /// Where the drawing library fails.
 pub fn add(report: &mut HtmlReport, scene: &Scene, runs: &[RunResult]) -> Result<(), PlotError> {
     report.heading("Over the flights");
-    if let Some(note) = scene.rate_note() {
-        report.paragraph(note);
-    }
+    scene.add_rate_notes(report);
     let costs: &[Curve] =
         if scene.settle { &[CPU_TIME, UPLOAD] } else { &[FRAME_RATE, CPU_LOAD, UPLOAD] };
     let many_strategies = distinct(runs.iter().map(|run| run.strategy)).len() > 1;

@@ -167,18 +167,19 @@ impl Scene {
         }
     }
 
-    /// What has to be known of frame rates.
-    fn rate_note(&self) -> Option<&'static str> {
-        match (self.settle, self.is_software) {
-            (true, _) => Some(
+    /// What has to be known of times and frame rates.
+    fn add_rate_notes(&self, report: &mut HtmlReport) {
+        if self.settle {
+            report.paragraph(
                 "Every frame waits until nothing is missing, so that bytes and tiles are the same on \
                  every run: a frame rate would tell of the disk.",
-            ),
-            (false, true) => Some(
+            );
+        }
+        if self.is_software {
+            report.paragraph(
                 "The adapter is a program on the CPU: its times, frame rates and CPU loads say nothing \
                  about a GPU, and both share the processor.",
-            ),
-            (false, false) => None,
+            );
         }
     }
 }

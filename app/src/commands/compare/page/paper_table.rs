@@ -78,9 +78,7 @@ fn add_as_given(
         row
     });
     report.table(&header, &rows.collect::<Vec<_>>());
-    if let Some(note) = scene.rate_note() {
-        report.paragraph(note);
-    }
+    scene.add_rate_notes(report);
 }
 
 fn add_at_equal(report: &mut HtmlReport, comparison: &Comparison, time: RunTime) {
@@ -88,7 +86,7 @@ fn add_at_equal(report: &mut HtmlReport, comparison: &Comparison, time: RunTime)
     report.table(&header(time), &rows.collect::<Vec<_>>());
     report.paragraph(
         "Each strategy is swept through its settings, and its cost taken at the one error of the flight \
-         (below), between two settings by a monotone curve, logarithm over logarithm, through those that \
+         (below; where none was given, 2 % above the tightest that all reach), between two settings by a monotone curve, logarithm over logarithm, through those that \
          no other beats. Nothing is extrapolated: “not reached” where no setting is as exact, “≤” where \
          the coarsest setting is more exact still. Means are over the flights on which every strategy \
          reaches the error.",
