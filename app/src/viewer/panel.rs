@@ -219,7 +219,7 @@ fn cache_choice(ui: &mut Ui, settings: &mut RendererSettings) {
                 let chosen = (columns, rows) == (side, side);
                 if ui.selectable_label(chosen, format!("{side} x {side}")).clicked() {
                     (settings.cache_columns, settings.cache_rows) = (side, side);
-                    settings.max_tiles = (side * side) as usize;
+                    settings.max_tiles = RendererSettings::most_tiles_of(side, side);
                 }
             }
         });
