@@ -58,6 +58,7 @@ Examples:
 
 Knobs of a sweep, and a value of each:
   texel-px=1               pixels a texel may fill before its tile is split
+  detail=0.5               texel-px and triangle-px together, in multiples of what they are
   cache=6x6                slots of the caches, and with them the most tiles of a selection
   triangle-px=8            size of the mesh's triangles in pixels
   coordinate-size=160x90   size of the coordinate pass
@@ -153,7 +154,8 @@ fn strategy_list(text: &str) -> Result<StrategyList, UnknownStrategy> {
 /// Flies, measures and writes the report.
 pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
     let source: Arc<dyn TileSource> = Arc::new(Dataset::open(&args.dataset)?);
-    let settings = args.drawing.settings(1.0);
+    let gpu = Arc::new(GpuContext::headless(adapter)?);
+    let settings = args.drawing.settings(1.0).for_adapter(gpu.is_software());
     let strategies = match &args.strategies {
         None => vec![settings.strategy],
         Some(list) => list.0.clone(),
@@ -164,7 +166,6 @@ pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
     // Before the work, so that a folder that cannot be made costs none.
     std::fs::create_dir_all(&args.out)
         .with_context(|| format!("{}: cannot make the folder", args.out.display()))?;
-    let gpu = Arc::new(GpuContext::headless(adapter)?);
     let mut exact = ExactPictures::new(Arc::clone(&source), &settings)?;
     let runs = fly_all(&courses, &plans, &gpu, &mut exact)?;
     let scene = Scene {

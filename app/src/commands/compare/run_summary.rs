@@ -43,7 +43,9 @@ pub struct RunSummary {
     pub tiles_new: u64,
     /// Mean bytes a frame, by cause.
     pub bytes_a_frame: ByteMeans,
-    /// The same when flown again with what the first time had left in memory.
+    /// Bytes to the GPU in the first frame, which brings what is sent once.
+    pub first_frame_upload_bytes: u64,
+    /// `bytes_a_frame` when flown again with what the first time had left in memory.
     pub warm_bytes_a_frame: Option<ByteMeans>,
     /// Mean bytes a frame that the tiles sent would be as RGBA8 and as 32-bit heights; `None` where they
     /// were not counted.
@@ -134,6 +136,7 @@ impl RunSummary {
             jank_sum_ms: jank_sum_ms(records.iter().map(|record| record.frame_ms)),
             tiles_new: records.iter().map(|record| record.tiles_new).sum(),
             bytes_a_frame: ByteMeans::of(records),
+            first_frame_upload_bytes: records.first().map_or(0, |record| record.upload_bytes),
             warm_bytes_a_frame: (!run.warm_records.is_empty())
                 .then(|| ByteMeans::of(&run.warm_records)),
             plain_tile_bytes_a_frame: plain_tile_bytes(records),
@@ -157,6 +160,12 @@ impl RunSummary {
     /// KiB to the GPU and back a frame.
     pub fn both_ways_kib(&self) -> f64 {
         self.upload_kib() + self.bytes_a_frame.kib("readback")
+    }
+
+    /// KiB to the GPU a frame after the first; not a number of a single frame.
+    pub fn later_upload_kib(&self) -> f64 {
+        let all_kib = self.upload_kib() * self.frames as f64;
+        (all_kib - self.first_frame_upload_bytes as f64 / 1024.0) / (self.frames as f64 - 1.0)
     }
 
     /// Mean frames a second.
@@ -222,6 +231,7 @@ mod tests {
         let summary = RunSummary::of(&RunResult::of_records("a", records));
         assert_eq!((summary.frames, summary.measured_frames), (2, 1));
         assert_eq!((summary.error("flip_mean"), summary.upload_kib()), (0.25, 1.0));
+        assert_eq!((summary.first_frame_upload_bytes, summary.later_upload_kib()), (2048, 0.0));
         assert_eq!((summary.frames_a_second(), summary.stage_ms["select_ms"]), (50.0, 0.5));
         assert!((summary.jank_sum_ms - (30.0 - 1000.0 / 60.0)).abs() < 1.0e-9);
         assert!(summary.error("ssim").is_nan());

@@ -43,13 +43,15 @@ const GROUND_ERRORS: [Column; 6] = [
     column("99 % (px)", 3, |run| run.error("swim_px_p99")),
 ];
 
-const CAUSES: [Column; 7] = [
+const CAUSES: [Column; 9] = [
     column("heights", 2, |run| run.bytes_a_frame.kib("upload_dem")),
     column("imagery", 2, |run| run.bytes_a_frame.kib("upload_dom")),
     column("tables", 2, |run| run.bytes_a_frame.kib("upload_table")),
     column("meshes", 2, |run| run.bytes_a_frame.kib("upload_mesh")),
     column("uniforms", 2, |run| run.bytes_a_frame.kib("upload_uniform")),
     column("all to the GPU", 2, RunSummary::upload_kib),
+    column("the first frame alone", 0, |run| run.first_frame_upload_bytes as f64 / 1024.0),
+    column("a frame after it", 2, RunSummary::later_upload_kib),
     column("read back", 2, |run| run.bytes_a_frame.kib("readback")),
 ];
 
@@ -87,6 +89,11 @@ pub fn add_breakdown(report: &mut HtmlReport, runs: &[RunSummary]) {
     report.heading("Where bytes and time go");
     report.subheading("Bytes a frame by cause (KB)");
     table(report, &CAUSES, &typical);
+    report.paragraph(
+        "The first frame brings the mesh, level 0 and, where frames wait for their tiles, all that the first \
+         view needs. Where a flight is drawn with few of its frames each stands for a longer way, and what is \
+         sent once weighs more than over the whole flight.",
+    );
     report.subheading("CPU time a frame by stage (ms)");
     table(report, &STAGES, &typical);
     report.subheading("Compression (KB of tiles a frame)");
