@@ -93,20 +93,22 @@ impl Page {
 
     /// A line a run for the terminal.
     pub fn text(&self) -> String {
+        let name = |run: &RunSummary| match self.scene.flights.len() {
+            1 => run.run.clone(),
+            _ => format!("{} {}", run.flight, run.run),
+        };
+        let width = self.summaries.iter().map(|run| name(run).chars().count()).max().unwrap_or(0);
         let mut text = String::new();
         let time = RunTime::of(&self.summaries, self.scene.settle);
         for run in &self.summaries {
-            let name = match self.scene.flights.len() {
-                1 => run.run.clone(),
-                _ => format!("{} {}", run.flight, run.run),
-            };
             let (time_ms, kib) = (time.median_ms(run), run.upload_kib());
             let (flip, screen) = (run.error("flip_mean"), run.error("screen_error_px_p99"));
             // Writing to a string cannot fail.
             let _ = writeln!(
                 text,
-                "{name:<24} {time_ms:>8.1} ms {kib:>9.1} KiB a frame   FLIP {flip:.4}   \
+                "{:<width$} {time_ms:>8.1} ms {kib:>9.1} KiB a frame   FLIP {flip:.4}   \
                  screen-space error {screen:.2} px (99 %)",
+                name(run),
             );
         }
         text
@@ -118,7 +120,7 @@ impl Page {
     /// Where a plot or picture cannot be made.
     pub fn html(&self) -> anyhow::Result<String> {
         let mut report = HtmlReport::new(&format!("Comparison over {}", self.scene.dataset));
-        for sentence in self.scene.sentences(self.runs.first()) {
+        for sentence in self.scene.sentences(&self.runs) {
             report.paragraph(&sentence);
         }
         if distinct(self.runs.iter().map(|run| run.strategy)).len() > 1 {
@@ -138,12 +140,12 @@ impl Page {
 
 impl Scene {
     /// What was flown and how, in words.
-    fn sentences(&self, run: Option<&RunResult>) -> Vec<String> {
-        let frames = run.map_or(0, |run| run.records.len());
-        let flights = match self.flights.as_slice() {
-            [flight] => format!("the flight {flight}"),
-            flights => format!("each of the flights {}", flights.join(", ")),
-        };
+    fn sentences(&self, runs: &[RunResult]) -> Vec<String> {
+        let flights = self.flights.iter().map(|flight| {
+            let frames = runs.iter().find(|run| run.flight == *flight);
+            format!("{flight} ({} frames)", frames.map_or(0, |run| run.records.len()))
+        });
+        let flights = flights.collect::<Vec<_>>().join(", ");
         let [width, height] = self.size_px;
         let waits = if self.settle { "Every frame waits until nothing is missing. " } else { "" };
         let drawn = match self.only_measured {
@@ -151,8 +153,8 @@ impl Scene {
             false => "",
         };
         let flown = format!(
-            "Each run draws {frames} frames of {flights} at {width} × {height} pixels on {}. {waits}The \
-             error of one frame in {} is measured, from the first on{drawn}.",
+            "Each run flies {flights} at {width} × {height} pixels on {}. {waits}The error of one frame \
+             in {} is measured, from the first on{drawn}.",
             self.adapter, self.error_every,
         );
         vec![flown, format!("Tiles of the dataset are stored as {}.", self.encoding)]
