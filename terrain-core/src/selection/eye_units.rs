@@ -9,8 +9,8 @@ use crate::tiling::{FIXED_UNITS_PER_ROOT, MAX_LEVEL, TileId};
 ///
 /// A unit is 2^-30 of the root's side ([`FIXED_UNITS_PER_ROOT`]), doubled as often as it takes for
 /// eye and heights to lie within [`Self::REACH`] units: above the data a unit is some micrometres to
-/// centimetres, seen from afar it grows with the distance. Boxes are rounded outward, the eye to the
-/// nearest unit.
+/// centimetres, seen from afar it grows with the distance. Boxes are rounded outward, their heights by
+/// up to two units, the eye to the nearest unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EyeUnits {
     /// East and south of the root's north-west corner, and up.
@@ -56,7 +56,8 @@ impl EyeUnits {
             let factor = self.vertical_exaggeration * self.units_per_m;
             let ends = [range.min_m, range.max_m].map(|height_m| f64::from(height_m) * factor);
             let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-            [in_reach(low.floor()), in_reach(high.ceil())]
+            // Beyond the next whole number either way: far cheaper than rounding, and a unit is nothing.
+            [in_reach(low - 1.0), in_reach(high + 1.0)]
         })
     }
 

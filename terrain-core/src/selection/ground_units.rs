@@ -36,7 +36,7 @@ impl GroundUnits {
 
     /// The unit that holds the point, taken to the root's border where it lies outside.
     pub fn unit_at(&self, offset_m: [f32; 2]) -> FixedPosition {
-        let [x, y] = self.units(offset_m, f32::floor);
+        let [x, y] = self.units(offset_m, floor);
         let in_root = |unit: i32| unit.clamp(0, FIXED_UNITS_PER_ROOT - 1);
         FixedPosition { x: in_root(x), y: in_root(y) }
     }
@@ -44,21 +44,30 @@ impl GroundUnits {
     /// The box between two offsets, the smaller and the larger, rounded outward.
     pub fn box_between(&self, min_m: [f32; 2], max_m: [f32; 2]) -> FixedBox {
         // North is up in offsets and down in units.
-        let min = self.units([min_m[0], max_m[1]], f32::floor);
-        let max = self.units([max_m[0], min_m[1]], f32::ceil);
+        let min = self.units([min_m[0], max_m[1]], floor);
+        let max = self.units([max_m[0], min_m[1]], ceil);
         FixedBox { min, max }
     }
 
-    fn units(&self, offset_m: [f32; 2], round: fn(f32) -> f32) -> [i32; 2] {
-        let from_anchor = [
-            offset_m[0] - self.anchor_from_origin_m[0],
-            -(offset_m[1] - self.anchor_from_origin_m[1]),
-        ];
-        let units = from_anchor.map(|metres| {
-            round((metres * self.units_per_m).clamp(-Self::REACH, Self::REACH)) as i32
-        });
+    fn units(&self, offset_m: [f32; 2], round: fn(f32) -> i32) -> [i32; 2] {
+        let anchor_m = self.anchor_from_origin_m;
+        let from_anchor_m = [offset_m[0] - anchor_m[0], -(offset_m[1] - anchor_m[1])];
+        let units = from_anchor_m
+            .map(|metres| round((metres * self.units_per_m).clamp(-Self::REACH, Self::REACH)));
         [self.anchor.x + units[0], self.anchor.y + units[1]]
     }
+}
+
+/// As `f32::floor`, which is a call where the processor's oldest kind is built for.
+fn floor(units: f32) -> i32 {
+    let whole = units as i32;
+    whole - i32::from(units < whole as f32)
+}
+
+/// As `f32::ceil`.
+fn ceil(units: f32) -> i32 {
+    let whole = units as i32;
+    whole + i32::from(units > whole as f32)
 }
 
 /// A rectangle of ground in fixed-point units, x to the east and y to the south, both ends part of it.

@@ -34,8 +34,9 @@ struct Marker<'a> {
     tree: &'a TileTree,
     eye: &'a EyeUnits,
     split_below: &'a SplitDistances,
-    /// Where the ground last marked ended: one tile, not split.
-    last_leaf: Option<TileId>,
+    /// A tile that was marked with all its ancestors for the ground before this one, and whether it is
+    /// known not to be split: neighbours mostly lie in the same.
+    last: (TileId, bool),
 }
 
 impl SeenTiles {
@@ -56,7 +57,7 @@ impl SeenTiles {
     ) -> Option<Self> {
         let units = GroundUnits::new(&tree.scheme, image.origin);
         let mut seen = Self { slots: vec![0; 1 << 11], count: 0, eye_ground: eye_ground(eye) };
-        let mut marker = Marker { tree, eye, split_below, last_leaf: None };
+        let mut marker = Marker { tree, eye, split_below, last: (TileId::ROOT, false) };
         let unit_of = |&offset: &[f32; 2]| {
             offset.iter().all(|metres| metres.is_finite()).then(|| units.unit_at(offset))
         };
@@ -140,33 +141,55 @@ impl Marker<'_> {
     /// Marks the tiles of the ground. False where it is too many tiles across; `None` where they are
     /// too many to keep.
     fn mark(&mut self, seen: &mut SeenTiles, ground: Ground) -> Option<bool> {
-        if self.last_leaf.is_some_and(|leaf| ground.lies_in(leaf)) {
+        let (last, is_leaf) = self.last;
+        let common = ground.levels_shared_with(last);
+        if is_leaf && common == last.level {
             return Some(true);
         }
-        for level in 1..=MAX_LEVEL {
-            let [columns, rows] = ground.tiles(level);
-            if [&columns, &rows].iter().any(|r| r.end() - r.start() >= SeenTiles::MOST_TILES_ACROSS)
-            {
+        for level in common + 1..=MAX_LEVEL {
+            let tiles = ground.tiles(level);
+            let across = tiles.each_ref().map(|range| range.end() - range.start());
+            if across.iter().any(|&across| across >= SeenTiles::MOST_TILES_ACROSS) {
                 return Some(false);
             }
-            let mut goes_on = false;
-            for row in rows {
-                for column in columns.clone() {
-                    let tile = TileId::new(level, row, column);
-                    if self.is_split(tile.ancestor_at(level - 1)) {
-                        seen.insert(tile)?;
-                        goes_on = true;
-                    }
-                }
-            }
-            if !goes_on {
+            if !self.mark_level(seen, level, &tiles)? {
                 let leaf = ground.tiles(level - 1).map(|range| *range.start());
                 let leaf = TileId::new(level - 1, leaf[1], leaf[0]);
-                self.last_leaf = Some(leaf).filter(|&leaf| ground.lies_in(leaf));
+                if ground.levels_shared_with(leaf) == leaf.level {
+                    self.last = (leaf, true);
+                }
                 break;
+            }
+            if across == [0, 0] {
+                self.last = (TileId::new(level, *tiles[1].start(), *tiles[0].start()), false);
             }
         }
         Some(true)
+    }
+
+    /// Marks those tiles whose parents are split; returns whether there are any.
+    fn mark_level(
+        &self,
+        seen: &mut SeenTiles,
+        level: u8,
+        [columns, rows]: &[std::ops::RangeInclusive<u32>; 2],
+    ) -> Option<bool> {
+        let (mut parent, mut is_split) = (None, false);
+        let mut is_any_split = false;
+        for row in rows.clone() {
+            for column in columns.clone() {
+                let tile = TileId::new(level, row, column);
+                if parent != tile.parent() {
+                    parent = tile.parent();
+                    is_split = parent.is_some_and(|parent| self.is_split(parent));
+                }
+                if is_split {
+                    seen.insert(tile)?;
+                    is_any_split = true;
+                }
+            }
+        }
+        Some(is_any_split)
     }
 
     fn is_split(&self, tile: TileId) -> bool {
@@ -194,7 +217,15 @@ impl Ground {
         [0, 1].map(|axis| self.first[axis] >> side..=self.last[axis] >> side)
     }
 
-    fn lies_in(&self, tile: TileId) -> bool {
-        self.tiles(tile.level) == [tile.column..=tile.column, tile.row..=tile.row]
+    /// The finest level, up to the tile's own, of which one tile holds all of the ground and the tile.
+    fn levels_shared_with(&self, tile: TileId) -> u8 {
+        let side = 30 - u32::from(tile.level);
+        let differing = [tile.column << side, tile.row << side]
+            .into_iter()
+            .zip(self.first.iter().zip(&self.last))
+            .fold(0, |bits, (corner, (first, last))| bits | (first ^ corner) | (last ^ corner));
+        // Of 32 bits the first two are 0.
+        let shared = (differing.leading_zeros() - 2) as u8;
+        shared.min(tile.level)
     }
 }

@@ -1,6 +1,7 @@
 use super::eye_units::EyeUnits;
+use super::ground_units::FixedBox;
 use super::seen_tiles::SeenTiles;
-use super::tile_list::Child;
+use super::tile_list::{Child, Node};
 use super::{SeenGround, TileList, TileTree};
 use crate::CameraView;
 
@@ -56,31 +57,55 @@ pub fn subdivide(
     let mut list = TileList::new(tree, &eye);
     let Some(seen) = seen else { return list };
     let split_below = eye.split_below(tree, config.texel_px * view.pixel_angle_rad());
-    let bounds = seen.region.fixed_box(&tree.scheme);
-    let image = seen.image;
-    let exact = image.and_then(|image| SeenTiles::of_image(image, tree, &eye, &split_below));
-    let is_seen = |tile| exact.as_ref().is_none_or(|exact| exact.contains(tile));
+    let exact = seen.image.and_then(|image| SeenTiles::of_image(image, tree, &eye, &split_below));
+    let ground = VisibleGround { bounds: seen.region.fixed_box(&tree.scheme), exact };
     let mut next = TileList::ROOT;
     // Nodes are appended level by level, so going through them in order is going level by level.
     while (next as usize) < list.nodes().len() && list.nodes().len() < LISTED_AT_MOST {
-        let node = *list.node(next);
+        let node = list.node(next);
         if node.distance < split_below[usize::from(node.tile.level)] {
-            for (quadrant, child) in node.tile.children().into_iter().enumerate() {
-                if !tree.contains(child) {
-                    if tree.is_empty_ground(child) {
-                        list.set_child(next, quadrant, Child::EMPTY);
-                    }
-                } else if bounds.touches(child) {
-                    let index = list.add_child(next, child, tree.squared_distance(child, &eye));
-                    if node.is_hidden || !is_seen(child) {
-                        list.hide(index);
-                    } else {
-                        list.set_listed(index, true);
-                    }
-                }
-            }
+            add_children(&mut list, next, tree, &eye, &ground);
         }
         next += 1;
     }
     list
+}
+
+/// What counts as visible.
+struct VisibleGround {
+    bounds: FixedBox,
+    /// Within the box; `None` where all of it does.
+    exact: Option<SeenTiles>,
+}
+
+/// Adds the children of a node that exist and lie in the box, to the list those that were seen.
+fn add_children(
+    list: &mut TileList,
+    parent: u32,
+    tree: &TileTree,
+    eye: &EyeUnits,
+    ground: &VisibleGround,
+) {
+    let Node { tile, is_hidden, .. } = *list.node(parent);
+    // Where heights are not known any finer, they are computed once for all four.
+    let shared = (tile.level + 1 >= tree.height_ranges.levels.len() as u8)
+        .then(|| eye.heights(tree.height_ranges.range(tile)));
+    for (quadrant, child) in tile.children().into_iter().enumerate() {
+        if !tree.contains(child) {
+            if tree.is_empty_ground(child) {
+                list.set_child(parent, quadrant, Child::EMPTY);
+            }
+            continue;
+        }
+        if !ground.bounds.touches(child) {
+            continue;
+        }
+        let heights = shared.unwrap_or_else(|| eye.heights(tree.height_ranges.range(child)));
+        let index = list.add_child(parent, child, eye.squared_distance(child, heights));
+        if is_hidden || ground.exact.as_ref().is_some_and(|exact| !exact.contains(child)) {
+            list.hide(index);
+        } else {
+            list.set_listed(index, true);
+        }
+    }
 }

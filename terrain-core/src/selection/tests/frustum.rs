@@ -77,7 +77,7 @@ proptest! {
         for (leaf, distance_m) in seen_ground(&case) {
             let Some(drawn) = finest_at(&set, leaf) else { continue };
             // Eye and box are rounded to units.
-            let texel_rad = case.tree.texel_size_m(drawn.level) / (distance_m + 2.0 * unit_m(&case));
+            let texel_rad = case.tree.texel_size_m(drawn.level) / (distance_m + 4.0 * unit_m(&case));
             let texel_px = texel_rad / case.view.pixel_angle_rad();
             let has_finer = drawn.level < leaf.level
                 && case.tree.contains(leaf.ancestor_at(drawn.level + 1));

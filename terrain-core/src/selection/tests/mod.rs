@@ -48,15 +48,18 @@ fn squared_units(case: &Case, tile: TileId) -> u64 {
     let heights = [heights.min_m, heights.max_m];
     let [low, high] = heights.map(|height| f64::from(height) * case.config.vertical_exaggeration);
     let eye = case.view.eye - SCHEME.origin.extend(0.0);
-    [(west, west + size_m, eye.x), (north, north + size_m, -eye.y), (low, high, eye.z)]
-        .map(|(from, to, eye)| {
-            let (from, to) = ((from / unit_m).floor() as i64, (to / unit_m).ceil() as i64);
-            let eye = (eye / unit_m).round() as i64;
-            let gap = if eye < from { from - eye } else { (eye - to).max(0) };
-            (gap * gap) as u64
-        })
-        .iter()
-        .sum()
+    let squared_gap = |from: i64, to: i64, eye_m: f64| {
+        let eye = (eye_m / unit_m).round() as i64;
+        let gap = if eye < from { from - eye } else { (eye - to).max(0) };
+        (gap * gap) as u64
+    };
+    let beside = |from_m: f64, eye_m: f64| {
+        let to_m = from_m + size_m;
+        squared_gap((from_m / unit_m).floor() as i64, (to_m / unit_m).ceil() as i64, eye_m)
+    };
+    // Casts cut off what is behind the point.
+    let (low, high) = ((low / unit_m - 1.0) as i64, (high / unit_m + 1.0) as i64);
+    beside(west, eye.x) + beside(north, -eye.y) + squared_gap(low, high, eye.z)
 }
 
 /// What the selection takes the distance in metres to be.
