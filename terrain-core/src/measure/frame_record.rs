@@ -34,6 +34,9 @@ pub struct FrameRecord {
     pub submit_ms: f64,
     /// Tiles selected, before each layer maps them to those it has.
     pub tiles_selected: u64,
+    /// Tiles left out before merging because no pixel saw them, though the box round all that was seen
+    /// holds them; 0 where all of the box counts as visible.
+    pub tiles_hidden: u64,
     /// Tiles uploaded, both layers.
     pub tiles_new: u64,
     /// Tiles wanted but not resident yet, both layers.
@@ -193,6 +196,7 @@ impl FrameRecord {
             ("draw_ms", ms(self.draw_ms)),
             ("submit_ms", ms(self.submit_ms)),
             ("tiles_selected", self.tiles_selected.to_string()),
+            ("tiles_hidden", self.tiles_hidden.to_string()),
             ("tiles_new", self.tiles_new.to_string()),
             ("tiles_missing", self.tiles_missing.to_string()),
             ("tiles_evicted", self.tiles_evicted.to_string()),

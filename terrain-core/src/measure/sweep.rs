@@ -22,6 +22,8 @@ pub enum Knob {
     CoordinateSize,
     /// Frames that a coordinate image is held back before it is used.
     ReadbackLatency,
+    /// What counts as visible: `box` or `exact`.
+    Visibility,
     /// Datasets, for instance of the same sources in other encodings.
     Dataset,
 }
@@ -46,13 +48,14 @@ pub enum KnobError {
 
 impl Knob {
     /// All knobs and what they are called on the command line.
-    pub const NAMES: [(Self, &'static str); 7] = [
+    pub const NAMES: [(Self, &'static str); 8] = [
         (Self::TexelPx, "texel-px"),
         (Self::Detail, "detail"),
         (Self::Cache, "cache"),
         (Self::TrianglePx, "triangle-px"),
         (Self::CoordinateSize, "coordinate-size"),
         (Self::ReadbackLatency, "readback-latency"),
+        (Self::Visibility, "visibility"),
         (Self::Dataset, "dataset"),
     ];
 
@@ -104,6 +107,10 @@ impl Knob {
                 let frames = frames.ok_or_else(|| wrong(expected))?;
                 RendererSettings { readback_latency_frames: frames, ..settings }
             }
+            Self::Visibility => {
+                let visibility = value.parse().map_err(|_| wrong(expected))?;
+                RendererSettings { visibility, ..settings }
+            }
             Self::Dataset => settings,
         };
         // A run must not be called after a value that it was not drawn with.
@@ -121,6 +128,7 @@ impl Knob {
             Self::Cache => "two numbers in range, such as 8x6",
             Self::CoordinateSize => "two numbers from 8 to 2048, such as 160x90",
             Self::ReadbackLatency => "a number of frames from 0 to 16",
+            Self::Visibility => "box or exact",
             Self::Dataset => "a folder",
         }
     }
