@@ -91,8 +91,12 @@ impl TerrainRenderer {
         method.set_up(&mut cx, encoder, scene);
     }
 
-    /// Draws frames without a picture until nothing is missing.
-    pub(super) fn settle(&mut self, view: &CameraView) -> Result<FrameRecord, RenderError> {
+    /// Does frames of a still camera without drawing their pictures until nothing is missing. Waits for
+    /// disk and GPU. The record sums up all of them; it costs no more than what a picture rests on.
+    ///
+    /// # Errors
+    /// [`RenderError::Camera`] where the view is none, [`RenderError::Gpu`] where the device has failed.
+    pub fn settle(&mut self, view: &CameraView) -> Result<FrameRecord, RenderError> {
         // Each round brings at least one tile or image, unless a disk takes its time.
         const MOST_FRAMES: u32 = 2_000;
         const PATIENCE: Duration = Duration::from_secs(1);
