@@ -14,7 +14,7 @@ pub(crate) struct LayerStreams {
 }
 
 /// Worker threads a layer: reading and decoding overlap, and the frame's own thread stays free.
-const THREADS: usize = 2;
+pub(crate) const THREADS: usize = 2;
 
 /// Streams of the source's layers into caches of `slots` (columns, rows), colours arriving in
 /// `format`.
@@ -24,8 +24,6 @@ pub(crate) fn open_streams(
     slots: (u32, u32),
 ) -> std::io::Result<LayerStreams> {
     let of_heights = Arc::clone(source);
-    let of_colours = Arc::clone(source);
-    let has_colours = source.manifest().colours.is_some() && !source.colours_present().is_empty();
     Ok(LayerStreams {
         heights: LayerStream::new(
             slots,
@@ -33,13 +31,24 @@ pub(crate) fn open_streams(
             Arc::new(move |tile| of_heights.load_heights(tile)),
             |tile| tile.samples.byte_len(),
         )?,
-        colours: has_colours
-            .then(|| {
-                let load = move |tile| load_colours(&*of_colours, format, tile);
-                LayerStream::new(slots, THREADS, Arc::new(load), |tile| tile.data.len() as u64)
-            })
-            .transpose()?,
+        colours: open_colour_stream(source, format, slots)?,
     })
+}
+
+/// The stream of the colours alone; `None` without imagery.
+pub(crate) fn open_colour_stream(
+    source: &Arc<dyn TileSource>,
+    format: ColourFormat,
+    slots: (u32, u32),
+) -> std::io::Result<Option<LayerStream<ColourTile>>> {
+    let has_colours = source.manifest().colours.is_some() && !source.colours_present().is_empty();
+    let source = Arc::clone(source);
+    has_colours
+        .then(|| {
+            let load = move |tile| load_colours(&*source, format, tile);
+            LayerStream::new(slots, THREADS, Arc::new(load), |tile| tile.data.len() as u64)
+        })
+        .transpose()
 }
 
 /// The format colours are to have on the GPU: the source's, or plain RGBA where the device does not

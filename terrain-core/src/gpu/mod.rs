@@ -36,6 +36,8 @@ mod terrain_pass;
 mod timestamps;
 #[cfg(test)]
 mod twin_tests;
+mod view_mesh_buffers;
+mod view_mesh_pass;
 
 pub use adapter_survey::{AdapterReport, CapabilityReport, LimitReport, survey_adapters};
 pub use context::{AdapterChoice, GpuContext, GpuError};
@@ -60,6 +62,8 @@ pub(crate) use scene_meshes::{MeshScene, SceneMeshes};
 pub(crate) use terrain_cache::TerrainCache;
 pub(crate) use terrain_pass::{TerrainPass, TerrainPassSettings};
 pub(crate) use timestamps::FrameTimer;
+pub(crate) use view_mesh_buffers::ViewMeshBuffers;
+pub(crate) use view_mesh_pass::{ViewMeshPass, ViewMeshPassSettings, draw_view_mesh_coordinates};
 
 /// Depth format of every pass: float, because depth runs in reverse from 1 near to 0 at infinity.
 pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;

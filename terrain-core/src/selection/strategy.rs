@@ -46,6 +46,10 @@ pub enum Strategy {
     /// The traditional way: a quadtree against the view frustum by screen-space error; see
     /// [`select_by_frustum()`](super::select_by_frustum()).
     CpuFrustum,
+    /// A triangulation made on the CPU for the view and sent as geometry; see
+    /// [`ViewMesh`](crate::surface::view_mesh::ViewMesh). Imagery is chosen as by
+    /// [`Self::CpuFrustum`].
+    CpuMesh,
 }
 
 /// There is no strategy of this name.
@@ -55,21 +59,22 @@ pub struct UnknownStrategy(pub String);
 
 impl Strategy {
     /// Every strategy.
-    pub const ALL: [Self; 2] = [Self::RttQuadtree, Self::CpuFrustum];
+    pub const ALL: [Self; 3] = [Self::RttQuadtree, Self::CpuFrustum, Self::CpuMesh];
 
     /// The name on the command line, in records and reports.
     pub const fn name(self) -> &'static str {
         match self {
             Self::RttQuadtree => "rtt-quadtree",
             Self::CpuFrustum => "cpu-frustum",
+            Self::CpuMesh => "cpu-mesh",
         }
     }
 
-    /// What carries the strategy out.
+    /// What chooses the strategy's tiles.
     pub fn implementation(self) -> &'static dyn SelectionStrategy {
         match self {
             Self::RttQuadtree => &RttQuadtree,
-            Self::CpuFrustum => &CpuFrustum,
+            Self::CpuFrustum | Self::CpuMesh => &CpuFrustum,
         }
     }
 }

@@ -3,7 +3,7 @@
 //! Scheduling and Real-time Rendering Method for Large-Scale Terrain"; which tiles, a
 //! [`SelectionStrategy`](crate::selection::SelectionStrategy) says.
 
-mod cache_size;
+pub(super) mod cache_size;
 mod region_state;
 
 use std::sync::Arc;

@@ -131,6 +131,22 @@ impl ViewMesh {
         mesh
     }
 
+    /// Draws the heights with another factor from now on. No vertex changes; what is fine enough does.
+    pub fn set_vertical_exaggeration(&mut self, vertical_exaggeration: f64) {
+        if vertical_exaggeration == self.vertical_exaggeration {
+            return;
+        }
+        self.vertical_exaggeration = vertical_exaggeration;
+        let mut all = vec![0, 1];
+        while let Some(id) = all.pop() {
+            self.judge(id);
+            let children = self.bisection.get(id).children;
+            if children != NONE {
+                all.extend([children, children + 1]);
+            }
+        }
+    }
+
     /// Triangles that are drawn: places below this have one.
     pub fn triangle_count(&self) -> usize {
         self.leaves.len()
