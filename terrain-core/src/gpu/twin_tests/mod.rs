@@ -9,6 +9,7 @@ mod mesh;
 mod random_field;
 mod sampling;
 mod sorted_triangles;
+mod view_mesh;
 
 use crate::gpu::{AdapterChoice, GpuContext};
 

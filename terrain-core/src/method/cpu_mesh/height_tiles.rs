@@ -99,7 +99,9 @@ impl HeightTiles {
         let mut moved = HeightsMoved::default();
         self.take_loaded(&mut moved);
         let wanted: HashSet<_> = self.wanted.iter().copied().collect();
-        self.ready.retain(|tile, _| wanted.contains(tile));
+        let mut ready = std::mem::take(&mut self.ready);
+        ready.retain(|&tile, _| wanted.contains(&tile) && !self.is_hopeless(tile));
+        self.ready = ready;
         self.take_into(mesh, &has_room, &mut moved);
         self.has_needless = self.let_go(tree, mesh, &wanted, &has_room, &mut moved);
         let is_missing = |tile: &&TileId| !mesh.uses(**tile) && !self.is_hopeless(**tile);

@@ -57,7 +57,7 @@ pub(super) struct CpuMesh {
 
 impl CpuMesh {
     /// How far the ground may look from the mesh, in parts of the size that texels of imagery may have.
-    const TOLERANCE_TEXELS: f64 = 1.0;
+    const TOLERANCE_TEXELS: f64 = 3.0;
     /// Most triangles of the mesh.
     const MOST_TRIANGLES: usize = 300_000;
     /// Most cuts and joins in a frame: some milliseconds of work.
