@@ -129,14 +129,20 @@ fn part_off(a: &Picture, b: &Picture, steps: u8) -> f64 {
 #[test]
 fn the_ground_drawn_is_the_ground_to_within_the_tolerance() {
     let Some(mut bench) = Bench::new(source(), settings()) else { return };
-    for (heading_deg, pitch_deg, height_m) in
-        [(20.0, -18.0, 2_500.0), (200.0, -5.0, 1_300.0), (95.0, -60.0, 6_000.0), (0.0, -90.0, 40_000.0)]
-    {
+    for (heading_deg, pitch_deg, height_m) in [
+        (20.0, -18.0, 2_500.0),
+        (200.0, -5.0, 1_300.0),
+        (95.0, -60.0, 6_000.0),
+        (0.0, -90.0, 40_000.0),
+    ] {
         let view = view(heading_deg, pitch_deg, height_m);
         let record = bench.settle(&view);
         let points = bench.points(&view);
         let error_px = worst_error_px(&points, &view, 1.0);
-        println!("{heading_deg} deg, {height_m} m: {} triangles, {error_px:.2} px", record.triangles_drawn);
+        println!(
+            "{heading_deg} deg, {height_m} m: {} triangles, {error_px:.2} px",
+            record.triangles_drawn
+        );
         assert!(error_px < 1.05 * TOLERANCE_PX, "{error_px} px");
         assert!(record.triangles_drawn < 60_000, "{record:?}");
         // Each point lies in its pixel.
@@ -151,7 +157,8 @@ fn the_ground_drawn_is_the_ground_to_within_the_tolerance() {
 #[test]
 fn the_picture_is_that_of_the_displaced_mesh_but_for_triangles() {
     let Some(mut mesh) = Bench::new(source(), settings()) else { return };
-    let displaced = RendererSettings { strategy: Strategy::CpuFrustum, triangle_px: 4.0, ..settings() };
+    let displaced =
+        RendererSettings { strategy: Strategy::CpuFrustum, triangle_px: 4.0, ..settings() };
     let mut displaced = Bench::new(source(), displaced).unwrap();
     for view in [view(20.0, -18.0, 2_500.0), view(95.0, -60.0, 6_000.0)] {
         let part = part_off(&mesh.picture(&view), &displaced.picture(&view), 12);
@@ -282,8 +289,11 @@ fn a_change_of_exaggeration_and_of_detail_takes_hold() {
     let Some(mut bench) = Bench::new(source(), settings()) else { return };
     let view = view(20.0, -25.0, 9_000.0);
     let coarse = bench.settle(&view).triangles_drawn;
-    let changed =
-        RendererSettings { vertical_exaggeration: 3.0, texel_px: 0.5, ..*bench.renderer.settings() };
+    let changed = RendererSettings {
+        vertical_exaggeration: 3.0,
+        texel_px: 0.5,
+        ..*bench.renderer.settings()
+    };
     bench.renderer.set_settings(changed).unwrap();
     let fine = bench.settle(&view).triangles_drawn;
     assert!(fine > 2 * coarse, "{fine} triangles after {coarse}");

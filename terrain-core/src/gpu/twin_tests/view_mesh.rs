@@ -66,7 +66,8 @@ fn every_change_sent_arrives_where_it_belongs_and_nothing_else_changes() {
     // Beyond what the buffers have room for at first, so that they grow with what is in them.
     for (round, size) in [100_u32, 9_000, 20_000, 20_000].into_iter().enumerate() {
         let some = |offset: u32| {
-            (0..size).filter(move |&n| n >= size - 50 || noise(n + offset + round as u32) % 3 == 0)
+            let salt = offset + round as u32;
+            (0..size).filter(move |&n| n >= size - 50 || noise(n + salt).is_multiple_of(3))
         };
         let changes = MeshChanges {
             vertices: some(0).map(|n| (n, vertex(n + round as u32))).collect(),
