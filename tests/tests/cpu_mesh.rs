@@ -18,7 +18,7 @@ use terrain_tests::{AnalyticSource, Picture, Surface, gpu};
 const SIZE_PX: [u32; 2] = [320, 180];
 const ROOT_M: f64 = 65_536.0;
 /// Pixels that the ground may look off by, texels being drawn a pixel large.
-const TOLERANCE_PX: f64 = 3.0;
+const TOLERANCE_PX: f64 = 1.5;
 
 fn height_m(p: DVec2) -> f64 {
     900.0 * (p.x / 4000.0).sin() * (p.y / 5000.0).cos() + 200.0 * (p.x / 900.0).sin()
