@@ -4,9 +4,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::dataset::{ColourFormat, ColourTile, TileSource};
-use crate::layer_loading::{load_colours, open_colour_stream};
+use crate::layer_loading::{OpenTerrainError, open_colour_intake};
+use crate::measure::FrameLedger;
 use crate::residency::{LayerStream, OffsetTable, Placement};
-use crate::resident_terrain::OpenTerrainError;
 use crate::tiling::TileId;
 
 /// The colour layer's stream and table; empty without imagery.
@@ -28,7 +28,7 @@ pub(super) struct ColoursMoved {
 
 impl ColourTiles {
     /// Opens the stream into a cache of `slots` (columns, rows) and loads level 0, which then waits for
-    /// the first frame. Returns the bytes read.
+    /// the first frame.
     ///
     /// # Errors
     /// Where level 0 cannot be loaded or the system gives no thread.
@@ -36,15 +36,11 @@ impl ColourTiles {
         source: &Arc<dyn TileSource>,
         format: ColourFormat,
         slots: (u32, u32),
-    ) -> Result<(Self, u64), OpenTerrainError> {
-        let mut stream = open_colour_stream(source, format, slots)?;
-        let mut disk_bytes = 0;
-        if let Some(stream) = &mut stream {
-            let loaded = load_colours(&**source, format, TileId::ROOT)?;
-            disk_bytes = loaded.disk_bytes;
-            stream.supply(TileId::ROOT, loaded.tile);
-        }
-        Ok((Self { stream, table: None, version: 0 }, disk_bytes))
+        ledger: &mut FrameLedger,
+    ) -> Result<Self, OpenTerrainError> {
+        let intake = open_colour_intake(source, format, ledger)?;
+        let stream = intake.map(|intake| LayerStream::new(slots, intake));
+        Ok(Self { stream, table: None, version: 0 })
     }
 
     /// Whether there is imagery.

@@ -1,13 +1,15 @@
 //! The height tiles a mesh takes its ground from: which are wanted, loaded, in use and let go.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::HashSet;
 use std::sync::Arc;
 use std::time::Duration;
+
+use glam::DVec3;
 
 use crate::CameraView;
 use crate::dataset::{LoadError, Loaded, TileSource};
 use crate::layer_loading::THREADS;
-use crate::residency::TileLoader;
+use crate::residency::{Taken, TileIntake};
 use crate::selection::{SelectionConfig, TileTree, select_by_frustum};
 use crate::surface::view_mesh::{HeightPatch, PatchFrame, ViewMesh};
 use crate::tiling::TileId;
@@ -16,13 +18,9 @@ type LoadedPatch = Result<Loaded<Arc<HeightPatch>>, LoadError>;
 
 /// Height tiles on their way from disk into a mesh, and out again.
 pub(super) struct HeightTiles {
-    loader: TileLoader<LoadedPatch>,
+    intake: TileIntake<Arc<HeightPatch>>,
     /// Wanted by the latest view, the coarsest first.
     wanted: Vec<TileId>,
-    /// Loaded, but not in use yet.
-    ready: HashMap<TileId, Arc<HeightPatch>>,
-    /// Tiles that cannot be loaded: a coarser one stands in for good.
-    failed: BTreeMap<TileId, String>,
     /// What the latest view asked for them by.
     asked: Option<(CameraView, SelectionConfig)>,
     missing: usize,
@@ -56,10 +54,9 @@ impl HeightTiles {
         let source = Arc::clone(source);
         let load = move |tile| load_patch(&*source, frame, tile);
         Ok(Self {
-            loader: TileLoader::new(THREADS, Arc::new(load))?,
+            // What goes to the GPU of a patch is the mesh's to say.
+            intake: TileIntake::new(THREADS, Arc::new(load), |_| 0)?,
             wanted: vec![TileId::ROOT],
-            ready: HashMap::new(),
-            failed: BTreeMap::new(),
             asked: None,
             missing: 0,
             has_needless: false,
@@ -80,12 +77,12 @@ impl HeightTiles {
 
     /// Whether an update would change the mesh even if no tile came.
     pub fn is_unfinished(&self) -> bool {
-        self.has_needless || !self.ready.is_empty()
+        self.has_needless
     }
 
     /// Waits until everything asked for is loaded, at most for `patience`.
     pub fn wait(&self, patience: Duration) {
-        self.loader.wait_all(patience);
+        self.intake.wait(patience);
     }
 
     /// Takes what has been loaded into the mesh and lets go what it no longer needs, a tile at least and
@@ -96,46 +93,24 @@ impl HeightTiles {
         mesh: &mut ViewMesh,
         has_room: impl Fn(&ViewMesh) -> bool,
     ) -> HeightsMoved {
-        let mut moved = HeightsMoved::default();
-        self.take_loaded(&mut moved);
+        let Taken { disk_bytes, failures } = self.intake.take_loaded();
+        let mut moved = HeightsMoved { disk_bytes, failures, ..HeightsMoved::default() };
         let wanted: HashSet<_> = self.wanted.iter().copied().collect();
-        let mut ready = std::mem::take(&mut self.ready);
-        ready.retain(|&tile, _| wanted.contains(&tile) && !self.is_hopeless(tile));
-        self.ready = ready;
         self.take_into(mesh, &has_room, &mut moved);
         self.has_needless = self.let_go(tree, mesh, &wanted, &has_room, &mut moved);
         let is_missing = |tile: &&TileId| !mesh.uses(**tile) && !self.is_hopeless(**tile);
         let missing = self.wanted.iter().filter(is_missing).copied().collect::<Vec<_>>();
         self.missing = missing.len();
-        let absent = missing.into_iter().filter(|tile| !self.ready.contains_key(tile));
-        self.loader.set_wanted(&absent.collect::<Vec<_>>());
+        let is_absent = |tile: &&TileId| self.intake.ready_bytes(**tile).is_none();
+        let requests = missing.iter().filter(is_absent).copied().collect::<Vec<_>>();
+        self.intake.ask(&requests, |tile| wanted.contains(&tile));
         moved
-    }
-
-    fn take_loaded(&mut self, moved: &mut HeightsMoved) {
-        for (tile, result) in self.loader.poll() {
-            match result {
-                Ok(loaded) => {
-                    moved.disk_bytes += loaded.disk_bytes;
-                    self.ready.insert(tile, loaded.tile);
-                }
-                Err(error) => self.give_up(tile, error.to_string(), moved),
-            }
-        }
-        for panic in self.loader.take_panics() {
-            self.give_up(panic.tile, panic.to_string(), moved);
-        }
-    }
-
-    fn give_up(&mut self, tile: TileId, reason: String, moved: &mut HeightsMoved) {
-        moved.failures.push(reason.clone());
-        self.failed.insert(tile, reason);
     }
 
     /// Whether the tile, or one above it that it needs, cannot be loaded.
     fn is_hopeless(&self, tile: TileId) -> bool {
         let line = std::iter::successors(Some(tile), |tile| tile.parent());
-        !self.failed.is_empty() && line.into_iter().any(|tile| self.failed.contains_key(&tile))
+        line.into_iter().any(|tile| self.intake.has_failed(tile))
     }
 
     /// The coarsest first: a tile is of no use before the one above it.
@@ -150,7 +125,7 @@ impl HeightTiles {
                 break;
             }
             let is_useful = tile.parent().is_some_and(|parent| mesh.uses(parent));
-            let Some(patch) = is_useful.then(|| self.ready.remove(tile)).flatten() else {
+            let Some(patch) = is_useful.then(|| self.intake.take(*tile)).flatten() else {
                 continue;
             };
             mesh.use_patch(patch);
@@ -171,7 +146,7 @@ impl HeightTiles {
         let Some((view, config)) = &self.asked else { return false };
         let fineness = |tile: TileId| {
             let parent = tile.parent()?;
-            let distance_m = tree.distance_m(parent, view.eye, config.vertical_exaggeration);
+            let distance_m = distance_m(tree, parent, view.eye, config.vertical_exaggeration);
             Some(tree.texel_size_m(parent.level) / distance_m)
         };
         let needed = Self::KEEP_PART * config.texel_px * view.pixel_angle_rad();
@@ -193,6 +168,16 @@ impl HeightTiles {
         }
         false
     }
+}
+
+/// Distance in metres from the eye to the nearest point the tile's ground may have.
+fn distance_m(tree: &TileTree, tile: TileId, eye: DVec3, vertical_exaggeration: f64) -> f64 {
+    let horizontal_m = tree.scheme.tile_extent(tile).distance_m(eye.truncate());
+    let vertical_m = tree.height_ranges.range(tile).map_or(0.0, |range| {
+        let [a, b] = [range.min_m, range.max_m].map(|h| f64::from(h) * vertical_exaggeration);
+        (a.min(b) - eye.z).max(eye.z - a.max(b)).max(0.0)
+    });
+    horizontal_m.hypot(vertical_m)
 }
 
 /// Loads a height tile and makes it ready for a mesh.

@@ -16,7 +16,7 @@ use glam::DVec2;
 
 use self::colour_tiles::ColourTiles;
 use self::height_tiles::{HeightTiles, load_patch};
-use super::tile_scheduling::cache_size::check_cache_fits;
+use super::tile_cache_size::check_cache_fits;
 use super::{FrameContext, Moved, SceneState, TerrainMethod};
 use crate::CameraView;
 use crate::dataset::TileSource;
@@ -86,8 +86,8 @@ impl CpuMesh {
         };
         let root = load_patch(&**source, frame, TileId::ROOT)?;
         let format = colour_format(&**source, gpu.has_block_compression());
-        let (colours, disk_bytes) = ColourTiles::open(source, format, slots)?;
-        cx.ledger.add(ByteCause::Disk, root.disk_bytes + disk_bytes);
+        let colours = ColourTiles::open(source, format, slots, cx.ledger)?;
+        cx.ledger.add(ByteCause::Disk, root.disk_bytes);
         let cache = TerrainCache::of_colours(gpu, &tree, format, slots);
         let bindings =
             FrameBindings::new(&gpu.device, &cache.table, &cache.heights, &cache.colours);
