@@ -64,6 +64,7 @@ pub mod geodesy;
 pub mod gpu;
 mod layer_loading;
 pub mod measure;
+mod method;
 pub mod precision;
 pub mod prepare;
 pub mod reference;

@@ -11,8 +11,12 @@ use serde_json::Value;
 use workspace::{elements, text};
 
 /// The only places of the library and the command that may name wgpu.
-const WGPU_PLACES: [&str; 3] =
-    ["terrain-core/src/gpu/", "terrain-core/src/terrain_renderer", "app/src/viewer/"];
+const WGPU_PLACES: [&str; 4] = [
+    "terrain-core/src/gpu/",
+    "terrain-core/src/method/",
+    "terrain-core/src/terrain_renderer",
+    "app/src/viewer/",
+];
 
 #[test]
 fn wgpu_is_named_only_where_gpu_work_is_done() -> anyhow::Result<()> {

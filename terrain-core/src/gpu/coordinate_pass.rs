@@ -1,6 +1,7 @@
 use super::DEPTH_FORMAT;
 use super::frame_bindings::FrameBindings;
 use super::mesh_buffers::MeshBuffers;
+use super::picture::TargetKind;
 use super::shader_library::COORDINATES;
 use super::terrain_pass::{SurfaceOptions, draw_blocks, surface_pipeline};
 use crate::surface::CircularMesh;
@@ -29,9 +30,8 @@ impl CoordinatePass {
     ) -> Self {
         let entries = ("coordinate_vertex", "coordinate_fragment");
         let options = SurfaceOptions {
-            target: format,
             // A mean of places on either side of an edge would be a place on neither.
-            samples: 1,
+            target: TargetKind { format, samples: 1 },
             constants: &[],
             polygon_mode: wgpu::PolygonMode::Fill,
         };

@@ -26,8 +26,8 @@ pub(crate) struct DebugImagePass {
 /// What to draw and how.
 pub(crate) struct DebugImageSource<'a> {
     pub image: DebugImage,
-    /// One mip of the texture.
-    pub texture: &'a wgpu::TextureView,
+    /// One mip of the texture; `None` where there is none: all black.
+    pub texture: Option<&'a wgpu::TextureView>,
     /// What is drawn darkest and brightest, metres. For coordinates the second is the offset that
     /// is drawn three quarters bright.
     pub range_m: [f32; 2],
@@ -50,7 +50,8 @@ impl DebugImagePass {
         source: &DebugImageSource<'_>,
         (target, size_px): (&wgpu::TextureView, [u32; 2]),
     ) {
-        let bindings = self.bind(device, source, size_px);
+        let bindings =
+            source.texture.map(|texture| self.bind(device, texture, source.range_m, size_px));
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("debug image"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -64,6 +65,7 @@ impl DebugImagePass {
             })],
             ..Default::default()
         });
+        let Some(bindings) = bindings else { return };
         pass.set_pipeline(match source.image {
             DebugImage::Coordinates => &self.pipelines[0],
             DebugImage::HeightCache => &self.pipelines[1],
@@ -76,10 +78,10 @@ impl DebugImagePass {
     fn bind(
         &self,
         device: &wgpu::Device,
-        source: &DebugImageSource<'_>,
+        texture: &wgpu::TextureView,
+        [low, high]: [f32; 2],
         [width, height]: [u32; 2],
     ) -> wgpu::BindGroup {
-        let [low, high] = source.range_m;
         let range = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("debug image range"),
             contents: bytemuck::cast_slice(&[low, high, width as f32, height as f32]),
@@ -91,7 +93,7 @@ impl DebugImagePass {
             entries: &[
                 wgpu::BindGroupEntry {
                     binding: 0,
-                    resource: wgpu::BindingResource::TextureView(source.texture),
+                    resource: wgpu::BindingResource::TextureView(texture),
                 },
                 wgpu::BindGroupEntry { binding: 1, resource: range.as_entire_binding() },
             ],

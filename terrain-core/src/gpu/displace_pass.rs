@@ -17,7 +17,7 @@ impl DisplacePass {
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("displace"),
             bind_group_layouts: &[
-                Some(&bindings.frame_layout),
+                Some(&bindings.frame.layout),
                 Some(&bindings.terrain_layout),
                 Some(&mesh_layout),
             ],
@@ -56,7 +56,7 @@ impl DisplacePass {
             return;
         }
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &bindings.frame, &[]);
+        pass.set_bind_group(0, &bindings.frame.group, &[]);
         pass.set_bind_group(1, &bindings.terrain, &[]);
         pass.set_bind_group(2, mesh_bindings, &[]);
         let groups = mesh.max_block_vertices.div_ceil(Self::WORKGROUP);

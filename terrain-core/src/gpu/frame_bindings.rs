@@ -1,18 +1,15 @@
 use super::colour_atlas::ColourAtlas;
-use super::frame_uniforms::FrameUniforms;
+use super::frame_group::FrameGroup;
 use super::height_atlas::HeightAtlas;
 use super::offset_table_buffer::OffsetTableBuffer;
 
 /// Groups 0 and 1 of every drawing pass: the frame's uniforms, and the cached terrain.
 pub(crate) struct FrameBindings {
-    pub frame_layout: wgpu::BindGroupLayout,
+    pub frame: FrameGroup,
     pub terrain_layout: wgpu::BindGroupLayout,
-    pub frame: wgpu::BindGroup,
     pub terrain: wgpu::BindGroup,
-    uniforms: wgpu::Buffer,
     sampler: wgpu::Sampler,
     views: AtlasViews,
-    written: Option<FrameUniforms>,
 }
 
 struct AtlasViews {
@@ -28,19 +25,7 @@ impl FrameBindings {
         heights: &HeightAtlas,
         colours: &ColourAtlas,
     ) -> Self {
-        let frame_layout = frame_layout(device);
         let terrain_layout = terrain_layout(device);
-        let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("frame uniforms"),
-            size: FrameUniforms::BYTES,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let frame = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("frame"),
-            layout: &frame_layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() }],
-        });
         let views = AtlasViews {
             heights: heights.heights.create_view(&Default::default()),
             slopes: heights.slopes.create_view(&Default::default()),
@@ -54,16 +39,8 @@ impl FrameBindings {
             ..Default::default()
         });
         let terrain = bind_terrain(device, &terrain_layout, table, &views, &sampler);
-        Self {
-            frame_layout,
-            terrain_layout,
-            frame,
-            terrain,
-            uniforms,
-            sampler,
-            views,
-            written: None,
-        }
+        let frame = FrameGroup::new(device);
+        Self { frame, terrain_layout, terrain, sampler, views }
     }
 
     /// Binds the tables anew after their buffers grew.
@@ -71,38 +48,10 @@ impl FrameBindings {
         self.terrain =
             bind_terrain(device, &self.terrain_layout, table, &self.views, &self.sampler);
     }
-
-    /// Writes the uniforms; returns the bytes sent, 0 where nothing changed.
-    pub fn set_uniforms(&mut self, queue: &wgpu::Queue, uniforms: &FrameUniforms) -> u64 {
-        if self.written.as_ref() == Some(uniforms) {
-            return 0;
-        }
-        queue.write_buffer(&self.uniforms, 0, &uniforms.to_bytes());
-        self.written = Some(*uniforms);
-        FrameUniforms::BYTES
-    }
 }
 
-const ALL_STAGES: wgpu::ShaderStages =
-    wgpu::ShaderStages::VERTEX_FRAGMENT.union(wgpu::ShaderStages::COMPUTE);
 const FRAGMENT_AND_COMPUTE: wgpu::ShaderStages =
     wgpu::ShaderStages::FRAGMENT.union(wgpu::ShaderStages::COMPUTE);
-
-fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("frame"),
-        entries: &[wgpu::BindGroupLayoutEntry {
-            binding: 0,
-            visibility: ALL_STAGES,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Uniform,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        }],
-    })
-}
 
 fn terrain_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let layout_entry = |binding, ty| wgpu::BindGroupLayoutEntry {

@@ -1,6 +1,6 @@
 //! Everything that touches the GPU: one file a pass or resource. Planning happens elsewhere, in pure
-//! code; what is here executes plans. wgpu types do not leave this module, `terrain_renderer.rs`
-//! with its folder and the application's viewer.
+//! code; what is here executes plans. wgpu types do not leave this module, `method/`,
+//! `terrain_renderer.rs` with its folder and the application's viewer.
 
 mod adapter_survey;
 mod atlas;
@@ -15,6 +15,7 @@ mod derive_heights_pass;
 mod displace_pass;
 mod displaced_mesh;
 mod frame_bindings;
+mod frame_group;
 mod frame_uniforms;
 mod height_atlas;
 mod limit_surface_buffers;
@@ -43,12 +44,13 @@ pub(crate) use coordinate_pass::CoordinatePass;
 pub use debug_image_pass::{DEBUG_IMAGE_FORMAT, DebugImage};
 pub(crate) use debug_image_pass::{DebugImagePass, DebugImageSource};
 pub(crate) use frame_bindings::FrameBindings;
+pub(crate) use frame_group::FrameGroup;
 pub use frame_uniforms::{FrameUniforms, TableRange};
 pub use limit_surface_pass::{LimitGpuColour, LimitGpuPicture, LimitSurfacePass};
 pub(crate) use offscreen_target::read_texture;
 pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
 pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};
-pub(crate) use picture::{Picture, PictureTarget};
+pub(crate) use picture::{Picture, PictureTarget, TargetKind};
 pub use precision_depth_probe::probe_depth;
 pub use precision_probe::{
     Answer, NativeFloat, Operands, Outcome, Results, Trial, probe_encodings, probe_floats,
@@ -56,7 +58,7 @@ pub use precision_probe::{
 };
 pub(crate) use scene_meshes::{MeshScene, SceneMeshes};
 pub(crate) use terrain_cache::TerrainCache;
-pub(crate) use terrain_pass::TerrainPassSettings;
+pub(crate) use terrain_pass::{TerrainPass, TerrainPassSettings};
 pub(crate) use timestamps::FrameTimer;
 
 /// Depth format of every pass: float, because depth runs in reverse from 1 near to 0 at infinity.

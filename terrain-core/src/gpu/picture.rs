@@ -1,23 +1,23 @@
 use super::DEPTH_FORMAT;
 use super::coordinate_pass::depth_attachment;
-use super::displaced_mesh::DisplacedMesh;
-use super::frame_bindings::FrameBindings;
+use super::frame_group::FrameGroup;
 use super::sky_pass::SkyPass;
-use super::terrain_pass::{TerrainPass, TerrainPassSettings};
 use crate::renderer_settings::AntiAliasing;
 
-/// The picture: terrain and sky, with the buffers they are drawn in. Pipelines are built anew when
-/// their settings change, buffers when the size or the number of samples does.
+/// The picture: terrain and sky, with the buffers they are drawn in. The sky's pipeline is built anew
+/// when the kind of target changes, buffers when the size does.
 #[derive(Default)]
 pub(crate) struct Picture {
-    passes: Option<Passes>,
+    sky: Option<(TargetKind, SkyPass)>,
     buffers: Option<Buffers>,
 }
 
-struct Passes {
-    settings: TerrainPassSettings,
-    terrain: TerrainPass,
-    sky: SkyPass,
+/// What pipelines that draw into a picture are built for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct TargetKind {
+    pub format: wgpu::TextureFormat,
+    /// Samples a pixel.
+    pub samples: u32,
 }
 
 /// What a picture is drawn in besides its target.
@@ -31,8 +31,7 @@ struct Buffers {
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct BufferKind {
     size_px: [u32; 2],
-    format: wgpu::TextureFormat,
-    samples: u32,
+    target: TargetKind,
 }
 
 /// Where a picture goes.
@@ -43,38 +42,34 @@ pub(crate) struct PictureTarget<'a> {
 }
 
 impl Picture {
-    /// Samples a pixel that pictures of this format have: 1 where it cannot be multisampled.
-    pub fn samples(
+    /// The target of pictures of this format: with one sample a pixel where it cannot be multisampled.
+    pub fn target_kind(
         device: &wgpu::Device,
         format: wgpu::TextureFormat,
         anti_aliasing: AntiAliasing,
-    ) -> u32 {
+    ) -> TargetKind {
         let wanted = anti_aliasing.samples();
         let features = format.guaranteed_format_features(device.features()).flags;
         let resolves = features.contains(wgpu::TextureFormatFeatureFlags::MULTISAMPLE_RESOLVE);
-        if resolves && features.sample_count_supported(wanted) { wanted } else { 1 }
+        let is_smooth = resolves && features.sample_count_supported(wanted);
+        TargetKind { format, samples: if is_smooth { wanted } else { 1 } }
     }
 
-    /// Draws the visible terrain, and the sky where there is none.
-    pub fn record(
+    /// Draws the terrain, which `draw_terrain` does, and the sky where there is none.
+    pub fn record<'f>(
         &mut self,
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
-        bindings: &FrameBindings,
-        mesh: Option<&DisplacedMesh>,
-        settings: TerrainPassSettings,
+        kind: TargetKind,
         target: PictureTarget<'_>,
+        draw_terrain: impl FnOnce(&mut wgpu::RenderPass<'_>) -> &'f FrameGroup,
     ) {
-        let passes = match self.passes.take() {
-            Some(passes) if passes.settings == settings => passes,
-            _ => Passes::new(device, bindings, settings),
-        };
-        let TerrainPassSettings { target: format, samples, .. } = settings;
-        let kind = BufferKind { size_px: target.size_px, format, samples };
+        let buffer_kind = BufferKind { size_px: target.size_px, target: kind };
         let buffers = match self.buffers.take() {
-            Some(buffers) if buffers.kind == kind => buffers,
-            _ => Buffers::new(device, kind),
+            Some(buffers) if buffers.kind == buffer_kind => buffers,
+            _ => Buffers::new(device, buffer_kind),
         };
+        let buffers = self.buffers.insert(buffers);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("picture"),
             color_attachments: &[Some(buffers.colour_attachment(target.view))],
@@ -82,23 +77,13 @@ impl Picture {
             timestamp_writes: target.timestamps,
             ..Default::default()
         });
-        if let Some(mesh) = mesh {
-            passes.terrain.draw(&mut pass, bindings, mesh.parts(), mesh.visible());
-        }
-        passes.sky.draw(&mut pass, bindings);
-        drop(pass);
-        self.passes = Some(passes);
-        self.buffers = Some(buffers);
-    }
-}
-
-impl Passes {
-    fn new(device: &wgpu::Device, bindings: &FrameBindings, settings: TerrainPassSettings) -> Self {
-        Self {
-            terrain: TerrainPass::new(device, bindings, settings),
-            sky: SkyPass::new(device, bindings, (settings.target, settings.samples)),
-            settings,
-        }
+        let frame = draw_terrain(&mut pass);
+        let sky = match self.sky.take() {
+            Some((built_for, sky)) if built_for == kind => sky,
+            _ => SkyPass::new(device, frame, kind),
+        };
+        sky.draw(&mut pass, frame);
+        self.sky = Some((kind, sky));
     }
 }
 
@@ -110,7 +95,7 @@ impl Buffers {
                 label: Some(label),
                 size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
                 mip_level_count: 1,
-                sample_count: kind.samples,
+                sample_count: kind.target.samples,
                 dimension: wgpu::TextureDimension::D2,
                 format,
                 usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
@@ -120,7 +105,7 @@ impl Buffers {
         };
         Self {
             depth: view("depth", DEPTH_FORMAT),
-            samples: (kind.samples > 1).then(|| view("samples", kind.format)),
+            samples: (kind.target.samples > 1).then(|| view("samples", kind.target.format)),
             kind,
         }
     }

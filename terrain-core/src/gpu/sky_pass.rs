@@ -1,5 +1,6 @@
 use super::DEPTH_FORMAT;
-use super::frame_bindings::FrameBindings;
+use super::frame_group::FrameGroup;
+use super::picture::TargetKind;
 use super::shader_library::SKY;
 
 /// Fills the picture behind the terrain.
@@ -8,15 +9,15 @@ pub(crate) struct SkyPass {
 }
 
 impl SkyPass {
-    /// A pass into a target of this format and so many samples a pixel.
+    /// A pass into targets of this kind. The group is that of any frame: all are laid out alike.
     pub fn new(
         device: &wgpu::Device,
-        bindings: &FrameBindings,
-        (target, samples): (wgpu::TextureFormat, u32),
+        frame: &FrameGroup,
+        TargetKind { format, samples }: TargetKind,
     ) -> Self {
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("sky"),
-            bind_group_layouts: &[Some(&bindings.frame_layout)],
+            bind_group_layouts: &[Some(&frame.layout)],
             immediate_size: 0,
         });
         let module = SKY.module(device);
@@ -42,7 +43,7 @@ impl SkyPass {
                 module: &module,
                 entry_point: Some("sky_fragment"),
                 compilation_options: Default::default(),
-                targets: &[Some(target.into())],
+                targets: &[Some(format.into())],
             }),
             multiview_mask: None,
             cache: None,
@@ -51,9 +52,9 @@ impl SkyPass {
     }
 
     /// Draws the sky where no terrain was drawn: to be called after the terrain, in its pass.
-    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, bindings: &FrameBindings) {
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, frame: &FrameGroup) {
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &bindings.frame, &[]);
+        pass.set_bind_group(0, &frame.group, &[]);
         pass.draw(0..3, 0..1);
     }
 }

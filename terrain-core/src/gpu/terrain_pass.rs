@@ -1,6 +1,7 @@
 use super::DEPTH_FORMAT;
 use super::frame_bindings::FrameBindings;
 use super::mesh_buffers::MeshBuffers;
+use super::picture::TargetKind;
 use super::shader_library::{Shader, TERRAIN};
 use crate::renderer_settings::DebugView;
 use crate::surface::{CircularMesh, MeshBlock};
@@ -8,9 +9,7 @@ use crate::surface::{CircularMesh, MeshBlock};
 /// What decides how the terrain's pipeline is built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TerrainPassSettings {
-    pub target: wgpu::TextureFormat,
-    /// Samples a pixel of the target.
-    pub samples: u32,
+    pub target: TargetKind,
     pub linear_lookup: bool,
     pub wireframe: bool,
     pub has_colours: bool,
@@ -31,7 +30,7 @@ impl TerrainPassSettings {
             ("LINEAR_LOOKUP", flag(self.linear_lookup)),
             ("HAS_COLOURS", flag(self.has_colours)),
             ("HAS_VOIDS", flag(self.has_voids)),
-            ("MULTISAMPLED", flag(self.samples > 1)),
+            ("MULTISAMPLED", flag(self.target.samples > 1)),
             ("ANISOTROPY", f64::from(self.anisotropy)),
             ("DEBUG_VIEW", f64::from(self.debug_view.code())),
         ]
@@ -66,7 +65,6 @@ impl TerrainPass {
         let pipeline = |entries| {
             let options = SurfaceOptions {
                 target: settings.target,
-                samples: settings.samples,
                 constants: &constants,
                 polygon_mode: mode,
             };
@@ -104,8 +102,7 @@ impl TerrainPass {
 
 /// What a pipeline that draws displaced vertices draws into, and how.
 pub(super) struct SurfaceOptions<'a> {
-    pub target: wgpu::TextureFormat,
-    pub samples: u32,
+    pub target: TargetKind,
     /// Values of the shader's `override` constants.
     pub constants: &'a [(&'a str, f64)],
     pub polygon_mode: wgpu::PolygonMode,
@@ -121,7 +118,7 @@ pub(super) fn surface_pipeline(
 ) -> wgpu::RenderPipeline {
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(shader.name),
-        bind_group_layouts: &[Some(&bindings.frame_layout), Some(&bindings.terrain_layout)],
+        bind_group_layouts: &[Some(&bindings.frame.layout), Some(&bindings.terrain_layout)],
         immediate_size: 0,
     });
     let module = shader.module(device);
@@ -153,12 +150,12 @@ pub(super) fn surface_pipeline(
             stencil: Default::default(),
             bias: Default::default(),
         }),
-        multisample: wgpu::MultisampleState { count: options.samples, ..Default::default() },
+        multisample: wgpu::MultisampleState { count: options.target.samples, ..Default::default() },
         fragment: Some(wgpu::FragmentState {
             module: &module,
             entry_point: Some(fragment_entry),
             compilation_options: compilation(),
-            targets: &[Some(options.target.into())],
+            targets: &[Some(options.target.format.into())],
         }),
         multiview_mask: None,
         cache: None,
@@ -174,7 +171,7 @@ pub(super) fn draw_blocks(
     indices: &wgpu::Buffer,
     visible: &[u32],
 ) {
-    pass.set_bind_group(0, &bindings.frame, &[]);
+    pass.set_bind_group(0, &bindings.frame.group, &[]);
     pass.set_bind_group(1, &bindings.terrain, &[]);
     pass.set_vertex_buffer(0, buffers.displaced.slice(..));
     pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);

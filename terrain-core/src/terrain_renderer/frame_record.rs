@@ -2,6 +2,7 @@
 
 use super::TerrainRenderer;
 use crate::measure::FrameRecord;
+use crate::method::Moved;
 
 impl TerrainRenderer {
     /// Milliseconds the GPU took for the latest picture whose timestamps have come back: after a wait
@@ -12,37 +13,19 @@ impl TerrainRenderer {
         self.timer.latest_ms()
     }
 
-    /// The record of the frame just recorded: `new` tiles came, `evicted` made way.
-    pub(super) fn record(
-        &mut self,
-        (new, evicted): (u64, u64),
-        coordinate_pass_drawn: bool,
-    ) -> FrameRecord {
-        let (blocks, triangles) = self.meshes.picture().map_or((0, 0), |mesh| mesh.drawn());
+    /// The record of the frame just recorded.
+    pub(super) fn record(&mut self, moved: Moved, coordinate_pass_drawn: bool) -> FrameRecord {
         let mut record = FrameRecord {
             strategy: self.settings.strategy.to_string(),
             frame: self.frame,
             gpu_ms: self.timer.latest_ms(),
-            tiles_selected: self.selection.tiles.len() as u64,
-            tiles_new: new,
-            tiles_missing: self.terrain.missing() as u64,
-            tiles_evicted: evicted,
-            tiles_resident: self.terrain.resident() as u64,
-            region_age_frames: self.region_age_frames(),
-            finest_level: self.selection.statistics.finest_level,
+            tiles_new: moved.new,
+            tiles_evicted: moved.evicted,
             coordinate_pass_drawn,
-            blocks_drawn: blocks,
-            triangles_drawn: triangles,
             ..Default::default()
         };
+        self.method.describe(&self.settings, &mut record);
         record.set_bytes(&self.ledger.take());
         record
-    }
-
-    /// How many frames ago the region in use was seen; 0 where the camera has not moved since.
-    fn region_age_frames(&self) -> Option<u64> {
-        let state = self.region_in_use()?;
-        let is_current = self.selected.is_some_and(|(view, _)| view == state.view);
-        Some(if is_current { 0 } else { self.frame - state.frame })
     }
 }

@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use glam::{DVec3, dvec3};
 
-use super::scene_state::SceneState;
 use super::{RenderError, TerrainRenderer};
 use crate::CameraView;
-use crate::gpu::{CoordinatePass, read_texture};
+use crate::gpu::read_texture;
 use crate::measure::FrameRecord;
+use crate::method::SceneState;
 
 impl TerrainRenderer {
     /// Where on the ground each pixel of the view looks, after drawing until nothing is missing; see
@@ -30,14 +30,11 @@ impl TerrainRenderer {
     /// # Errors
     /// [`RenderError::Gpu`] where the device has failed.
     pub fn drawn_coordinates(&mut self, view: &CameraView) -> Result<Vec<[f64; 3]>, RenderError> {
-        let format = CoordinatePass::FULL_FORMAT;
-        let pass = CoordinatePass::new(&self.gpu.device, &self.bindings, format, view.viewport_px);
-        self.beside_frames(view, |renderer, encoder, _| {
-            if let Some(mesh) = renderer.meshes.picture() {
-                pass.record(encoder, &renderer.bindings, mesh.parts(), mesh.visible());
-            }
+        let target = self.beside_frames(view, |renderer, encoder, scene| {
+            let (method, cx) = renderer.method_and_context();
+            method.draw_coordinates(&cx, encoder, scene)
         });
-        let bytes = read_texture(&self.gpu, &pass.target, view.viewport_px, 16)?;
+        let bytes = read_texture(&self.gpu, &target, view.viewport_px, 16)?;
         let world = |[x, y, z, ground]: [f32; 4]| {
             let offset = dvec3(f64::from(x), f64::from(y), f64::from(z));
             let point = if ground == 0.0 { DVec3::NAN } else { view.eye + offset };
@@ -67,43 +64,51 @@ impl TerrainRenderer {
 
     /// Records and submits work on the view as it would be drawn now, then brings everything back to
     /// what the last frame drew.
-    fn beside_frames(
+    fn beside_frames<T>(
         &mut self,
         view: &CameraView,
-        work: impl FnOnce(&mut Self, &mut wgpu::CommandEncoder, &SceneState),
-    ) {
+        work: impl FnOnce(&mut Self, &mut wgpu::CommandEncoder, &SceneState) -> T,
+    ) -> T {
         let ledger = std::mem::take(&mut self.ledger);
         let drawn = self.drawn;
         let scene = self.scene(view);
         let mut encoder = self.encoder();
-        self.set_up(&scene);
-        self.displace(&mut encoder, &scene, false);
-        work(self, &mut encoder, &scene);
+        self.set_up_alone(&mut encoder, &scene);
+        let done = work(self, &mut encoder, &scene);
         self.gpu.queue.submit([encoder.finish()]);
         if let Some(scene) = drawn {
             let mut encoder = self.encoder();
-            self.set_up(&scene);
-            self.displace(&mut encoder, &scene, false);
+            self.set_up_alone(&mut encoder, &scene);
             self.gpu.queue.submit([encoder.finish()]);
         }
         self.drawn = drawn;
         self.ledger = ledger;
+        done
     }
 
-    /// Draws frames without a picture until nothing is missing.
-    pub(super) fn settle(&mut self, view: &CameraView) -> Result<FrameRecord, RenderError> {
+    fn set_up_alone(&mut self, encoder: &mut wgpu::CommandEncoder, scene: &SceneState) {
+        let (method, mut cx) = self.method_and_context();
+        method.set_up(&mut cx, encoder, scene);
+    }
+
+    /// Does frames of a still camera without drawing their pictures until nothing is missing. Waits for
+    /// disk and GPU. The record sums up all of them; it costs no more than what a picture rests on.
+    ///
+    /// # Errors
+    /// [`RenderError::Camera`] where the view is none, [`RenderError::Gpu`] where the device has failed.
+    pub fn settle(&mut self, view: &CameraView) -> Result<FrameRecord, RenderError> {
         // Each round brings at least one tile or image, unless a disk takes its time.
         const MOST_FRAMES: u32 = 2_000;
         const PATIENCE: Duration = Duration::from_secs(1);
         let mut sum = self.frame(view, None)?;
         for _ in 0..MOST_FRAMES {
-            if !self.is_pending(view) {
+            if !self.method.is_pending(&self.scene(view)) {
                 break;
             }
             // Waiting for all that is under way makes the same rounds of them every time, however fast
             // disk and GPU are.
             self.gpu.wait()?;
-            self.terrain.wait(PATIENCE);
+            self.method.wait(PATIENCE);
             let record = self.frame(view, None)?;
             sum.add_work_of(&record);
         }

@@ -36,7 +36,7 @@ fn displaced(gpu: &GpuContext, scene: &Scene) -> (SceneMeshes, Vec<[f32; 3]>) {
         FrameBindings::new(&gpu.device, &cache.table, &cache.heights, &cache.colours);
     let mut uniforms = frame_uniforms(&view, &scene.tree, &RendererSettings::default(), SCALE_M);
     uniforms.height_table = tables.ranges[0];
-    bindings.set_uniforms(&gpu.queue, &uniforms);
+    bindings.frame.set_uniforms(&gpu.queue, &uniforms);
     let mut meshes = SceneMeshes::new(&gpu.device, &bindings, false);
     meshes.set_up(&gpu.device, &gpu.queue, &mesh_scene(scene, &view));
     let mut encoder = gpu.device.create_command_encoder(&Default::default());

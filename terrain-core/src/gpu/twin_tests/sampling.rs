@@ -144,7 +144,7 @@ fn probe(gpu: &GpuContext, scene: &Scene, points: &[ProbePoint]) -> Vec<ProbeAns
         FrameBindings::new(&gpu.device, &cache.table, &cache.heights, &cache.colours);
     let mut uniforms = frame_uniforms(&view, &scene.tree, &RendererSettings::default(), 1.0);
     uniforms.height_table = tables.ranges[0];
-    bindings.set_uniforms(&gpu.queue, &uniforms);
+    bindings.frame.set_uniforms(&gpu.queue, &uniforms);
 
     let device = &gpu.device;
     let buffer = |contents: &[u8], usage| {
@@ -172,7 +172,7 @@ fn probe(gpu: &GpuContext, scene: &Scene, points: &[ProbePoint]) -> Vec<ProbeAns
             count: None,
         }),
     });
-    let layouts = [&bindings.frame_layout, &bindings.terrain_layout, &group_layout].map(Some);
+    let layouts = [&bindings.frame.layout, &bindings.terrain_layout, &group_layout].map(Some);
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
         bind_group_layouts: &layouts,
@@ -197,7 +197,7 @@ fn probe(gpu: &GpuContext, scene: &Scene, points: &[ProbePoint]) -> Vec<ProbeAns
     let mut encoder = device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&Default::default());
     pass.set_pipeline(&pipeline);
-    for (index, group) in (0..).zip([&bindings.frame, &bindings.terrain, &group]) {
+    for (index, group) in (0..).zip([&bindings.frame.group, &bindings.terrain, &group]) {
         pass.set_bind_group(index, group, &[]);
     }
     pass.dispatch_workgroups((points.len() as u32).div_ceil(64), 1, 1);

@@ -7,7 +7,7 @@ use crate::dataset::{ColourFormat, ColourTile};
 use crate::frame_setup::frame_uniforms;
 use crate::gpu::{
     FrameBindings, GpuContext, OFFSCREEN_FORMAT, OffscreenTarget, Picture, PictureTarget,
-    SceneMeshes, TerrainCache, TerrainPassSettings,
+    SceneMeshes, TargetKind, TerrainCache, TerrainPass, TerrainPassSettings,
 };
 use crate::renderer_settings::{DebugView, RendererSettings};
 use crate::residency::{OffsetTable, Placement};
@@ -58,7 +58,7 @@ impl Stage {
         [uniforms.height_table, uniforms.colour_table] = tables.ranges;
         uniforms.height_uv_per_texel = cache.heights.grid.uv_per_texel();
         uniforms.colour_uv_per_texel = cache.colours.grid.uv_per_texel();
-        bindings.set_uniforms(&gpu.queue, &uniforms);
+        bindings.frame.set_uniforms(&gpu.queue, &uniforms);
         let mut meshes = SceneMeshes::new(&gpu.device, &bindings, false);
         meshes.set_up(&gpu.device, &gpu.queue, &mesh_scene(scene, &view));
         let mut pass = encoder.begin_compute_pass(&Default::default());
@@ -72,8 +72,12 @@ impl Stage {
         let target = OffscreenTarget::new(gpu, size_px);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let to = PictureTarget { view: target.view(), size_px, timestamps: None };
-        let (bindings, mesh) = (&self.bindings, self.meshes.picture());
-        Picture::default().record(&gpu.device, &mut encoder, bindings, mesh, settings, to);
+        let pass = TerrainPass::new(&gpu.device, &self.bindings, settings);
+        Picture::default().record(&gpu.device, &mut encoder, settings.target, to, |target| {
+            let mesh = self.meshes.picture().unwrap();
+            pass.draw(target, &self.bindings, mesh.parts(), mesh.visible());
+            &self.bindings.frame
+        });
         gpu.queue.submit([encoder.finish()]);
         target.read_rgba8(gpu).unwrap()
     }
@@ -91,8 +95,7 @@ fn sorted_triangles_draw_the_picture_that_looking_every_fragment_up_draws() {
     for (anisotropy, most_differing, most_mean) in [(8, 1.0e-5, 0.001), (1, 0.01, 0.05)] {
         let [sorted, looked_up] = [true, false].map(|sorts_triangles| {
             let settings = TerrainPassSettings {
-                target: OFFSCREEN_FORMAT,
-                samples: 1,
+                target: TargetKind { format: OFFSCREEN_FORMAT, samples: 1 },
                 linear_lookup: false,
                 wireframe: false,
                 has_colours: true,

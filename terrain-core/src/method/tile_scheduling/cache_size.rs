@@ -1,6 +1,6 @@
-use super::RenderError;
 use crate::gpu::GpuContext;
 use crate::selection::TileTree;
+use crate::terrain_renderer::RenderError;
 
 /// Whether the textures of the caches are no larger than the device can make them.
 pub(super) fn check_cache_fits(

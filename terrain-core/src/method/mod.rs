@@ -1,0 +1,181 @@
+//! Ways to bring terrain to the GPU and to draw it, one file or folder a way.
+//!
+//! The renderer knows the order of a frame and what all frames share (picture, timer, byte ledger); a
+//! [`TerrainMethod`] carries its steps out. Strategies that differ only in which tiles they choose
+//! share a method, so that a comparison of them compares nothing else.
+
+mod tile_scheduling;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use glam::DVec2;
+
+use self::tile_scheduling::TileScheduling;
+use crate::CameraView;
+use crate::dataset::TileSource;
+use crate::gpu::{DebugImage, FrameGroup, GpuContext, TargetKind};
+use crate::measure::{FrameLedger, FrameRecord};
+use crate::renderer_settings::RendererSettings;
+use crate::selection::{Selection, Strategy, TileTree};
+use crate::terrain_renderer::RenderError;
+
+/// What the steps of a frame work with.
+pub(crate) struct FrameContext<'a> {
+    pub gpu: &'a GpuContext,
+    pub settings: &'a RendererSettings,
+    /// Counts every byte where it moves.
+    pub ledger: &'a mut FrameLedger,
+    /// Number of the frame.
+    pub frame: u64,
+}
+
+/// What a picture depends on: equal states give equal pictures.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct SceneState {
+    pub view: CameraView,
+    /// [`TerrainMethod::data_version`] when the picture was drawn.
+    pub data_version: u64,
+    pub settings: RendererSettings,
+}
+
+/// Tiles, or parts of like size, that a frame moved.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Moved {
+    pub new: u64,
+    pub evicted: u64,
+}
+
+/// A way to bring terrain to the GPU and to draw it.
+///
+/// The renderer calls the steps of a frame in the order they stand here. None of them waits for the GPU
+/// or the disk. Whatever the method: from its first frame on there is ground wherever there is data,
+/// if coarse; it keeps the budget of uploads; and of a still camera with nothing pending it moves no
+/// byte.
+pub(crate) trait TerrainMethod {
+    /// Takes what the GPU has sent back since the last frame.
+    fn receive(&mut self, cx: &mut FrameContext<'_>);
+
+    /// Chooses what the view needs; returns the milliseconds it took.
+    fn select(&mut self, cx: &mut FrameContext<'_>, view: &CameraView) -> f64;
+
+    /// Takes what has been loaded, brings it to the GPU within the budget and asks for what is missing.
+    fn stream(
+        &mut self,
+        cx: &mut FrameContext<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &CameraView,
+    ) -> Moved;
+
+    /// Counts the changes of the data: for equal views and settings the picture is the same while this
+    /// is.
+    fn data_version(&self) -> u64;
+
+    /// Brings the GPU to where the scene can be drawn: tables, uniforms, meshes.
+    fn set_up(
+        &mut self,
+        cx: &mut FrameContext<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        scene: &SceneState,
+    );
+
+    /// Asks the GPU for what later frames need to know of this scene, if anything; returns whether it
+    /// drew a coordinate pass for it.
+    fn ask(
+        &mut self,
+        cx: &mut FrameContext<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        scene: &SceneState,
+    ) -> bool;
+
+    /// Draws the terrain of the scene that was set up; returns the group the sky is drawn with.
+    fn draw(
+        &mut self,
+        cx: &FrameContext<'_>,
+        pass: &mut wgpu::RenderPass<'_>,
+        target: TargetKind,
+        scene: &SceneState,
+    ) -> &FrameGroup;
+
+    /// After the frame's commands have been submitted.
+    fn after_submit(&mut self, frame: u64, view: &CameraView);
+
+    /// Fills in what the record tells of the method: tiles and triangles, not bytes or times. The
+    /// record's frame is set.
+    fn describe(&self, settings: &RendererSettings, record: &mut FrameRecord);
+
+    /// Where on the ground each pixel of the scene that was set up looks: Rgba32Float, size of the
+    /// view, east, north and up of the eye in metres, and 1; 0 in the last where there is sky.
+    fn draw_coordinates(
+        &mut self,
+        cx: &FrameContext<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        scene: &SceneState,
+    ) -> wgpu::Texture;
+
+    /// Whether data or feedback are still to come for the scene.
+    fn is_pending(&self, scene: &SceneState) -> bool;
+
+    /// Waits until everything that has been asked for is loaded, at most about so long.
+    fn wait(&self, patience: Duration);
+
+    /// Has the choice made anew in the next frame, since settings have changed.
+    fn reconsider(&mut self);
+
+    /// Takes what went wrong with single tiles since the last call, in words.
+    fn take_failures(&mut self) -> Vec<String>;
+
+    /// What is drawn.
+    fn tree(&self) -> &TileTree;
+
+    /// The tiles chosen last.
+    fn selection(&self) -> &Selection;
+
+    /// Height of the ground in metres above the datum, without exaggeration, as well as it is known in
+    /// memory. `None` outside the data.
+    fn ground_height_m(&self, point: DVec2) -> Option<f64>;
+
+    /// One of the method's own textures; `None` where it has none of the kind.
+    fn debug_texture(&self, image: DebugImage) -> Option<wgpu::TextureView>;
+}
+
+/// What decides how a method is built: where this changes, it is built anew.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct MethodKey {
+    kind: MethodKind,
+    /// What of the settings the method's resources are made for.
+    settings: RendererSettings,
+}
+
+/// The methods there are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum MethodKind {
+    TileScheduling,
+}
+
+impl MethodKey {
+    pub fn of(settings: &RendererSettings) -> Self {
+        let kind = match settings.strategy {
+            Strategy::RttQuadtree | Strategy::CpuFrustum => MethodKind::TileScheduling,
+        };
+        let made_for = match kind {
+            MethodKind::TileScheduling => TileScheduling::made_for(settings),
+        };
+        Self { kind, settings: made_for }
+    }
+}
+
+/// Builds the method that carries the settings' strategy out. Loads level 0 of each layer before it
+/// returns.
+///
+/// # Errors
+/// [`RenderError`] where level 0 cannot be loaded or the GPU refuses.
+pub(crate) fn open_method(
+    cx: &mut FrameContext<'_>,
+    source: &Arc<dyn TileSource>,
+    tree: TileTree,
+) -> Result<Box<dyn TerrainMethod>, RenderError> {
+    match MethodKey::of(cx.settings).kind {
+        MethodKind::TileScheduling => Ok(Box::new(TileScheduling::open(cx, source, tree)?)),
+    }
+}
