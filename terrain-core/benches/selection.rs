@@ -69,7 +69,7 @@ fn config_of(strategy: Strategy, tree: &TileTree, tiles: usize) -> SelectionConf
     let (view, region) = view_and_region(tree);
     let config =
         |texel_px| SelectionConfig { max_tiles: usize::MAX, texel_px, ..Default::default() };
-    let strategy = strategy.implementation();
+    let strategy = strategy.implementation().expect("a strategy of tiles");
     let selection = |texel_px| strategy.select(tree, Some(&region), &view, &config(texel_px));
     let count = |texel_px| selection(texel_px).tiles.len();
     let (mut coarse, mut fine) = (1_000.0_f64, 0.01_f64);

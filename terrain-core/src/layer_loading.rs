@@ -14,7 +14,7 @@ pub(crate) struct LayerStreams {
 }
 
 /// Worker threads a layer: reading and decoding overlap, and the frame's own thread stays free.
-const THREADS: usize = 2;
+pub(crate) const LOADING_THREADS: usize = 2;
 
 /// Streams of the source's layers into caches of `slots` (columns, rows), colours arriving in
 /// `format`.
@@ -29,14 +29,16 @@ pub(crate) fn open_streams(
     Ok(LayerStreams {
         heights: LayerStream::new(
             slots,
-            THREADS,
+            LOADING_THREADS,
             Arc::new(move |tile| of_heights.load_heights(tile)),
             |tile| tile.samples.byte_len(),
         )?,
         colours: has_colours
             .then(|| {
                 let load = move |tile| load_colours(&*of_colours, format, tile);
-                LayerStream::new(slots, THREADS, Arc::new(load), |tile| tile.data.len() as u64)
+                LayerStream::new(slots, LOADING_THREADS, Arc::new(load), |tile| {
+                    tile.data.len() as u64
+                })
             })
             .transpose()?,
     })

@@ -4,6 +4,7 @@
 
 mod adapter_survey;
 mod atlas;
+mod clipmap;
 mod colour_atlas;
 mod context;
 mod coordinate_feedback;
@@ -38,6 +39,10 @@ mod timestamps;
 mod twin_tests;
 
 pub use adapter_survey::{AdapterReport, CapabilityReport, LimitReport, survey_adapters};
+pub(crate) use clipmap::{
+    ClipBindings, ClipFrame, ClipHeightUpload, ClipHeightsPass, ClipLevel, ClipMeshBuffers,
+    ClipPass, ClipPassSettings, ClipTextureSizes, ClipTextures, draw_clip_coordinates,
+};
 pub use context::{AdapterChoice, GpuContext, GpuError};
 pub(crate) use coordinate_feedback::CoordinateFeedback;
 pub(crate) use coordinate_pass::CoordinatePass;

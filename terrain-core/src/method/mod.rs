@@ -4,6 +4,7 @@
 //! [`TerrainMethod`] carries its steps out. Strategies that differ only in which tiles they choose
 //! share a method, so that a comparison of them compares nothing else.
 
+mod clipmap;
 mod tile_scheduling;
 
 use std::sync::Arc;
@@ -11,6 +12,7 @@ use std::time::Duration;
 
 use glam::DVec2;
 
+use self::clipmap::Clipmap;
 use self::tile_scheduling::TileScheduling;
 use crate::CameraView;
 use crate::dataset::TileSource;
@@ -151,15 +153,19 @@ pub(crate) struct MethodKey {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum MethodKind {
     TileScheduling,
+    Clipmap,
 }
 
 impl MethodKey {
     pub fn of(settings: &RendererSettings) -> Self {
         let kind = match settings.strategy {
             Strategy::RttQuadtree | Strategy::CpuFrustum => MethodKind::TileScheduling,
+            Strategy::Clipmap => MethodKind::Clipmap,
         };
         let made_for = match kind {
             MethodKind::TileScheduling => TileScheduling::made_for(settings),
+            // Whatever changes, it keeps what it has.
+            MethodKind::Clipmap => RendererSettings::default(),
         };
         Self { kind, settings: made_for }
     }
@@ -177,5 +183,6 @@ pub(crate) fn open_method(
 ) -> Result<Box<dyn TerrainMethod>, RenderError> {
     match MethodKey::of(cx.settings).kind {
         MethodKind::TileScheduling => Ok(Box::new(TileScheduling::open(cx, source, tree)?)),
+        MethodKind::Clipmap => Ok(Box::new(Clipmap::open(cx, source, tree)?)),
     }
 }

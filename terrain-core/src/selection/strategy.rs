@@ -46,6 +46,8 @@ pub enum Strategy {
     /// The traditional way: a quadtree against the view frustum by screen-space error; see
     /// [`select_by_frustum()`](super::select_by_frustum()).
     CpuFrustum,
+    /// Geometry clipmap for heights and clipmap for colours: windows round the eye instead of tiles.
+    Clipmap,
 }
 
 /// There is no strategy of this name.
@@ -55,21 +57,23 @@ pub struct UnknownStrategy(pub String);
 
 impl Strategy {
     /// Every strategy.
-    pub const ALL: [Self; 2] = [Self::RttQuadtree, Self::CpuFrustum];
+    pub const ALL: [Self; 3] = [Self::RttQuadtree, Self::CpuFrustum, Self::Clipmap];
 
     /// The name on the command line, in records and reports.
     pub const fn name(self) -> &'static str {
         match self {
             Self::RttQuadtree => "rtt-quadtree",
             Self::CpuFrustum => "cpu-frustum",
+            Self::Clipmap => "clipmap",
         }
     }
 
-    /// What carries the strategy out.
-    pub fn implementation(self) -> &'static dyn SelectionStrategy {
+    /// What chooses the strategy's tiles; `None` where it chooses none, or not on the CPU.
+    pub fn implementation(self) -> Option<&'static dyn SelectionStrategy> {
         match self {
-            Self::RttQuadtree => &RttQuadtree,
-            Self::CpuFrustum => &CpuFrustum,
+            Self::RttQuadtree => Some(&RttQuadtree),
+            Self::CpuFrustum => Some(&CpuFrustum),
+            Self::Clipmap => None,
         }
     }
 }

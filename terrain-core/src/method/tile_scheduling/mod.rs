@@ -25,7 +25,9 @@ use crate::layer_loading::colour_format;
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::{DebugView, LookupMethod, RendererSettings};
 use crate::resident_terrain::ResidentTerrain;
-use crate::selection::{Selection, SelectionConfig, SelectionStrategy, TileTree, visible_region};
+use crate::selection::{
+    RttQuadtree, Selection, SelectionConfig, SelectionStrategy, TileTree, visible_region,
+};
 use crate::terrain_renderer::RenderError;
 use crate::tiling::TileId;
 
@@ -382,6 +384,7 @@ impl TileScheduling {
     }
 }
 
+/// The method is built for strategies that choose tiles; any other is taken as the paper's.
 fn strategy(settings: &RendererSettings) -> &'static dyn SelectionStrategy {
-    settings.strategy.implementation()
+    settings.strategy.implementation().unwrap_or(&RttQuadtree)
 }

@@ -73,11 +73,9 @@ impl<T: Send + 'static> ClipLayer<T> {
     pub fn new(
         scheme: TilingScheme,
         layer: LayerTree,
-        clip_size: u32,
-        keeping: TileKeeping,
+        (clip_size, keeping, bytes_of_16_texels): (u32, TileKeeping, u64),
         threads: usize,
         load: Arc<dyn Fn(TileId) -> Result<Loaded<T>, LoadError> + Send + Sync>,
-        bytes_of_16_texels: u64,
     ) -> std::io::Result<Self> {
         let levels = vec![LevelFill::default(); usize::from(clip_level_count(&layer.layout))];
         Ok(Self {
@@ -129,6 +127,16 @@ impl<T: Send + 'static> ClipLayer<T> {
     /// Levels that are wanted, from level 0 on.
     pub fn wanted_levels(&self) -> usize {
         self.wanted_levels
+    }
+
+    /// Levels there are.
+    pub fn levels(&self) -> usize {
+        self.levels.len()
+    }
+
+    /// What the budget is told that strips take.
+    pub fn bytes_of(&self, strips: &[ClipStrip]) -> u64 {
+        strips.iter().map(|strip| strip.rect.area() * self.bytes_of_16_texels / 16).sum()
     }
 
     /// Tiles that are still to come and strips that wait for their turn.

@@ -219,7 +219,7 @@ fn layer(
         .collect();
     let layer = LayerTree { layout: LAYOUT, present };
     let mut layer =
-        ClipLayer::new(SCHEME, layer, CLIP, TileKeeping::Border, 2, Arc::new(load), 32).unwrap();
+        ClipLayer::new(SCHEME, layer, (CLIP, TileKeeping::Border, 32), 2, Arc::new(load)).unwrap();
     layer.supply(TileId::ROOT, tile_values(TileId::ROOT));
     layer
 }
@@ -331,15 +331,18 @@ fn a_window_covers_the_ground_that_its_texels_size_asks_for() {
     };
     // 50 degrees over 720 rows.
     let texel_rad = 2.0 * 25.0_f64.to_radians().tan() / 720.0;
-    assert_eq!(clip_sizes(&tree(Some(384)), texel_rad), ClipSizes { heights: 1024, colours: 3072 });
-    assert_eq!(clip_sizes(&tree(None), texel_rad), ClipSizes { heights: 3072, colours: 0 });
     assert_eq!(
-        clip_sizes(&tree(Some(384)), 4.0 * texel_rad),
+        clip_sizes(&tree(Some(384)), texel_rad, 1.0),
+        ClipSizes { heights: 1024, colours: 3072 }
+    );
+    assert_eq!(clip_sizes(&tree(None), texel_rad, 1.0), ClipSizes { heights: 1536, colours: 0 });
+    assert_eq!(
+        clip_sizes(&tree(Some(384)), 4.0 * texel_rad, 1.0),
         ClipSizes { heights: 256, colours: 768 }
     );
     // Never less than level 0, nor more than the finest level or what memory bears.
-    assert_eq!(clip_sizes(&tree(Some(384)), 1.0), ClipSizes { heights: 128, colours: 384 });
-    assert_eq!(clip_sizes(&tree(Some(128)), 0.0), ClipSizes { heights: 4096, colours: 4096 });
+    assert_eq!(clip_sizes(&tree(Some(384)), 1.0, 1.0), ClipSizes { heights: 128, colours: 384 });
+    assert_eq!(clip_sizes(&tree(Some(128)), 0.0, 1.0), ClipSizes { heights: 1536, colours: 4096 });
     // The level is left out where straight below its parent's texels would do.
     assert!(is_level_wanted(10.0, 19.0 / texel_rad, texel_rad));
     assert!(!is_level_wanted(10.0, 20.0 / texel_rad, texel_rad));

@@ -22,7 +22,7 @@ pub struct Case {
 impl Case {
     /// The case's selection by a strategy.
     pub fn select(&self, strategy: TileStrategy) -> Selection {
-        let implementation = strategy.implementation();
+        let implementation = strategy.implementation().expect("a strategy of tiles");
         let region = self.region.as_ref().filter(|_| implementation.needs_region());
         implementation.select(&self.tree, region, &self.view, &self.config)
     }
