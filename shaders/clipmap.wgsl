@@ -23,12 +23,8 @@ fn clip_vertex(@builtin(vertex_index) index: u32, block: ClipBlock) -> GroundVer
     return GroundVertex(position, relative_m, transmittance(relative_m));
 }
 
-// Imagery of one level; the outermost texels go on to the very edge of the data.
 fn level_imagery(index: u32, offset_m: vec2<f32>) -> vec4<f32> {
-    let level = clip_levels[index];
-    let half_texel_m = vec2<f32>(0.5 * level.texel_m);
-    let inside_m = clamp(offset_m, frame.data_min_from_eye_m + half_texel_m, frame.data_max_from_eye_m - half_texel_m);
-    let uv = clip_uv(level, place_in_level(level, inside_m), textureDimensions(clip_colours).x);
+    let uv = clip_uv(index, offset_m, textureDimensions(clip_colours).x);
     return textureSampleLevel(clip_colours, clip_sampler, uv, index - clip.height_levels, 0.0);
 }
 
@@ -42,8 +38,8 @@ fn imagery_tap(choice: ClipChoice, offset_m: vec2<f32>) -> vec4<f32> {
 }
 
 fn imagery_level(offset_m: vec2<f32>, footprint_m: f32) -> ClipChoice {
-    let finest = clip_levels[clip.height_levels + clip.colour_levels - 1u];
-    let coarser = max(log2(max(footprint_m, 1.0e-9) * finest.texels_per_m), 0.0);
+    let finest = clip.height_levels + clip.colour_levels - 1u;
+    let coarser = log2(max(footprint_m * clip_levels[finest].texels_per_m, 1.0));
     let wanted = f32(clip.colour_levels - 1u) - coarser;
     return choose_level(clip.height_levels, clip.colour_levels, offset_m, wanted, clip.colour_fade_texels);
 }
@@ -58,8 +54,8 @@ fn imagery_under(pixel: Footprint) -> vec4<f32> {
         return imagery_tap(imagery_level(pixel.offset_m, major), pixel.offset_m);
     }
     // Below a texel there is nothing to filter.
-    let finest = clip_levels[clip.height_levels + clip.colour_levels - 1u];
-    let minor = max(min(along_x, along_y), finest.texel_m);
+    let finest_m = clip_levels[clip.height_levels + clip.colour_levels - 1u].texel_m;
+    let minor = max(min(along_x, along_y), finest_m);
     let taps = clamp(ceil(major / minor), 1.0, f32(ANISOTROPY));
     let axis = select(pixel.step_y_m, pixel.step_x_m, along_x > along_y);
     let choice = imagery_level(pixel.offset_m, major / taps);
@@ -87,8 +83,8 @@ fn debug_colour(bare: vec3<f32>, lit: f32, pixel: Footprint, clear: f32) -> vec4
     // All windows' borders, the finest drawn last.
     var border = 0.0;
     for (var index = first + 1u; index < first + select(clip.height_levels, clip.colour_levels, HAS_COLOURS); index++) {
-        let level = clip_levels[index];
-        let border_px = abs(inside_texels(level, pixel.offset_m)) * level.texel_m / max(footprint_m, 1.0e-9);
+        let inside_m = abs(inside_texels(index, pixel.offset_m)) * clip_levels[index].texel_m;
+        let border_px = inside_m / max(footprint_m, 1.0e-9);
         border = max(border, 1.0 - smoothstep(0.5, 1.5, border_px));
     }
     return vec4<f32>(mix(shaded, hue, border), 1.0);

@@ -13,7 +13,8 @@ use crate::arg_values::{exaggeration, number_within};
 #[derive(Clone, Copy, Debug, Args)]
 pub struct DrawingArgs {
     /// How tiles are selected: rtt-quadtree by the region the GPU sees, subdivided, regularised and
-    /// merged; cpu-frustum by the view frustum and screen-space error
+    /// merged; cpu-frustum by the view frustum and screen-space error; clipmap draws windows round the
+    /// eye instead of tiles
     #[arg(long, value_name = "STRATEGY", default_value_t, value_parser = strategies())]
     strategy: Strategy,
 

@@ -3,25 +3,25 @@
 @group(1) @binding(2) var clip_heights: texture_2d_array<f32>;
 
 // Height of one texel relative to the coarse eye height, or NO_DATA_M.
-fn load_clip_height(level: ClipLevel, layer: u32, texel: vec2<i32>) -> f32 {
-    let inside = clamp(texel, level.whole.xy, level.whole.zw - 1);
+fn load_clip_height(layer: u32, texel: vec2<i32>) -> f32 {
+    let whole = clip_levels[layer].whole;
+    let inside = clamp(texel, whole.xy, whole.zw - 1);
     let side = vec2<i32>(i32(textureDimensions(clip_heights).x));
-    let wrapped = ((level.texture_texel + inside) % side + side) % side;
+    let wrapped = ((clip_levels[layer].texture_texel + inside) % side + side) % side;
     let height_m = textureLoad(clip_heights, wrapped, layer, 0).x;
     return select(height_m - frame.eye_height_coarse_m, NO_DATA_M, height_m <= NO_DATA_M);
 }
 
 // Bilinear height of a level at a place: see bilinear_of.
 fn level_height(layer: u32, offset_m: vec2<f32>) -> vec2<f32> {
-    let level = clip_levels[layer];
-    let at = place_in_level(level, offset_m) - 0.5;
+    let at = place_in_level(layer, offset_m) - 0.5;
     let low = floor(at);
     let corner = vec2<i32>(low);
     let heights = vec4<f32>(
-        load_clip_height(level, layer, corner),
-        load_clip_height(level, layer, corner + vec2<i32>(1, 0)),
-        load_clip_height(level, layer, corner + vec2<i32>(0, 1)),
-        load_clip_height(level, layer, corner + vec2<i32>(1, 1)));
+        load_clip_height(layer, corner),
+        load_clip_height(layer, corner + vec2<i32>(1, 0)),
+        load_clip_height(layer, corner + vec2<i32>(0, 1)),
+        load_clip_height(layer, corner + vec2<i32>(1, 1)));
     return bilinear_of(heights, at - low);
 }
 

@@ -50,15 +50,18 @@ struct ClipChoice {
     part: f32,
 }
 
-fn place_in_level(level: ClipLevel, offset_m: vec2<f32>) -> vec2<f32> {
-    let from_origin_m = offset_m - level.origin_from_eye_m;
-    return vec2<f32>(from_origin_m.x, -from_origin_m.y) * level.texels_per_m;
+// Levels are named by their index, not handed on: loading one as a whole for every fragment is dear.
+
+fn place_in_level(index: u32, offset_m: vec2<f32>) -> vec2<f32> {
+    let from_origin_m = offset_m - clip_levels[index].origin_from_eye_m;
+    return vec2<f32>(from_origin_m.x, -from_origin_m.y) * clip_levels[index].texels_per_m;
 }
 
 // Texels from a place to the border of what the level shows; negative beyond it.
-fn inside_texels(level: ClipLevel, offset_m: vec2<f32>) -> f32 {
-    let place = place_in_level(level, offset_m);
-    let inset = min(place - level.shown.xy, level.shown.zw - place);
+fn inside_texels(index: u32, offset_m: vec2<f32>) -> f32 {
+    let place = place_in_level(index, offset_m);
+    let shown = clip_levels[index].shown;
+    let inset = min(place - shown.xy, shown.zw - place);
     return min(inset.x, inset.y);
 }
 
@@ -70,7 +73,7 @@ fn choose_level(first: u32, count: u32, offset_m: vec2<f32>, wanted: f32, fade_t
     var index = u32(ceil(capped));
     loop {
         if index == 0u { break; }
-        let inside = inside_texels(clip_levels[first + index], offset_m);
+        let inside = inside_texels(first + index, offset_m);
         let presence = clamp((inside - BORDER_TEXELS) / fade_texels, 0.0, 1.0);
         if presence > 0.0 {
             return ClipChoice(first + index, min(presence, capped - f32(index - 1u)));
@@ -80,10 +83,11 @@ fn choose_level(first: u32, count: u32, offset_m: vec2<f32>, wanted: f32, fade_t
     return ClipChoice(first, 1.0);
 }
 
-// Where in its texture a place in the level lies, in parts of the texture's side. A sampler that repeats
-// finds the place that wraps round.
-fn clip_uv(level: ClipLevel, place: vec2<f32>, texture_side: u32) -> vec2<f32> {
-    let whole = vec4<f32>(level.whole);
-    let inside = clamp(place, whole.xy + 0.5, whole.zw - 0.5);
-    return (vec2<f32>(level.texture_texel) + inside) / f32(texture_side);
+// Where in its texture the level has a point of the ground, in parts of the texture's side; a sampler
+// that repeats finds the place that wraps round. The data's outermost texels go on to its very edge.
+fn clip_uv(index: u32, offset_m: vec2<f32>, texture_side: u32) -> vec2<f32> {
+    let half_texel_m = vec2<f32>(0.5 * clip_levels[index].texel_m);
+    let inside_m = clamp(offset_m, frame.data_min_from_eye_m + half_texel_m, frame.data_max_from_eye_m - half_texel_m);
+    let place = vec2<f32>(clip_levels[index].texture_texel) + place_in_level(index, inside_m);
+    return place / f32(texture_side);
 }

@@ -14,12 +14,20 @@ use terrain_core::dataset::{Dataset, TileSource};
 use terrain_core::gpu::{GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
 use terrain_core::prepare::{NoProgress, PrepareRequest, prepare};
 use terrain_core::residency::{OffsetTable, TileCache};
+use terrain_core::selection::Strategy;
 use terrain_core::tiling::TileId;
 use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
 use terrain_tests::{AnalyticSource, Picture, RasterFixture, Surface, gpu};
 
 const ROOT_M: f64 = 65_536.0;
 const SIZE_PX: [u32; 2] = [96, 54];
+
+/// A strategy for each way to bring ground to the GPU and to draw it.
+const METHODS: [Strategy; 2] = [Strategy::RttQuadtree, Strategy::Clipmap];
+
+fn drawn_by(strategy: Strategy) -> RendererSettings {
+    RendererSettings { strategy, ..Default::default() }
+}
 
 fn hills() -> Surface {
     Surface {
@@ -106,7 +114,6 @@ const PLACE_CONTRACT_PX: f64 = 1.0 / 16.0;
 #[test]
 fn cameras_at_the_limits() {
     let Some(gpu) = gpu() else { return };
-    let mut bench = Bench::new(&gpu, source_of(hills()), RendererSettings::default());
     let at = |x: f64, y: f64, z: f64| CameraView { eye: DVec3::new(x, y, z), ..view() };
     let look = |pitch_deg: f64| CameraView { pitch_deg, ..view() };
     let field = |fov_y_deg: f64| CameraView { fov_y_deg, ..view() };
@@ -131,10 +138,13 @@ fn cameras_at_the_limits() {
         ("a denormal away from the origin", at(5.0e-324, -5.0e-324, 1.0e3)),
         ("many turns", CameraView { heading_deg: 3.6e6 + 20.0, ..view() }),
     ];
-    for (what, view) in cases {
-        let drawn = bench.check(what, &view);
-        let error_px = drawn.place_error_px();
-        assert!(error_px < PLACE_CONTRACT_PX, "{what}: {error_px} px");
+    for strategy in METHODS {
+        let mut bench = Bench::new(&gpu, source_of(hills()), drawn_by(strategy));
+        for (what, view) in &cases {
+            let drawn = bench.check(what, view);
+            let error_px = drawn.place_error_px();
+            assert!(error_px < PLACE_CONTRACT_PX, "{what}, {strategy}: {error_px} px");
+        }
     }
 }
 
@@ -169,10 +179,13 @@ fn views_that_are_none_are_refused_and_leave_the_renderer_as_it_was() {
 fn exaggeration_up_to_a_thousandfold_and_what_is_none() {
     // What is no factor, or beyond the range from 0.01 to 1000, is brought into it.
     let Some(gpu) = gpu() else { return };
-    for vertical_exaggeration in [0.0, 1.0e-3, 1.0, 1000.0, f64::INFINITY, f64::NAN, -3.0] {
-        let settings = RendererSettings { vertical_exaggeration, ..Default::default() };
+    let factors = [0.0, 1.0e-3, 1.0, 1000.0, f64::INFINITY, f64::NAN, -3.0];
+    for (strategy, vertical_exaggeration) in
+        METHODS.into_iter().flat_map(|strategy| factors.map(|factor| (strategy, factor)))
+    {
+        let settings = RendererSettings { vertical_exaggeration, ..drawn_by(strategy) };
         let mut bench = Bench::new(&gpu, source_of(hills()), settings);
-        let what = format!("exaggeration {vertical_exaggeration}");
+        let what = format!("exaggeration {vertical_exaggeration}, {strategy}");
         for (eye_m, pitch_deg) in [(2_500.0, -18.0), (900_000.0, -90.0)] {
             let eye = view().eye.truncate().extend(eye_m);
             let drawn = bench.check(&what, &CameraView { eye, pitch_deg, ..view() });
@@ -200,13 +213,16 @@ fn heights_at_the_limits_of_their_types() {
         ("the usual mark of a void", |p| half(p, -3.402_823_466e38, 10.0)),
     ];
     for (what, height_m) in surfaces {
-        let surface = Surface { height_m, colour: |_| [120, 130, 90] };
-        let mut bench = Bench::new(&gpu, source_of(surface), RendererSettings::default());
-        for (x, heading_deg, pitch_deg) in
-            [(4_000.0, -60.0, -18.0), (-4_000.0, 60.0, -18.0), (500.0, 0.0, -90.0)]
-        {
-            let eye = DVec3::new(x, 0.0, 2_500.0);
-            bench.check(what, &CameraView { eye, heading_deg, pitch_deg, ..view() });
+        for strategy in METHODS {
+            let surface = Surface { height_m, colour: |_| [120, 130, 90] };
+            let mut bench = Bench::new(&gpu, source_of(surface), drawn_by(strategy));
+            let what = format!("{what}, {strategy}");
+            for (x, heading_deg, pitch_deg) in
+                [(4_000.0, -60.0, -18.0), (-4_000.0, 60.0, -18.0), (500.0, 0.0, -90.0)]
+            {
+                let eye = DVec3::new(x, 0.0, 2_500.0);
+                bench.check(&what, &CameraView { eye, heading_deg, pitch_deg, ..view() });
+            }
         }
     }
 }
@@ -233,25 +249,30 @@ fn a_dem_full_of_numbers_that_are_no_heights() {
     assert!(range.min_m.abs() < 1.0 && (range.max_m - 699.0).abs() < 1.0, "{range:?}");
     assert!(dataset.manifest().heights.has_voids);
     let eye = dvec2(503_000.0, 6_797_600.0).extend(2_000.0);
-    let mut bench = Bench::new(&gpu, Arc::new(dataset), RendererSettings::default());
-    for pitch_deg in [-5.0, -90.0] {
-        bench.check("from a file", &CameraView { eye, pitch_deg, ..view() });
+    let dataset = Arc::new(dataset);
+    for strategy in METHODS {
+        let mut bench = Bench::new(&gpu, Arc::clone(&dataset) as _, drawn_by(strategy));
+        for pitch_deg in [-5.0, -90.0] {
+            bench.check("from a file", &CameraView { eye, pitch_deg, ..view() });
+        }
     }
 }
 
 #[test]
 fn jumps_across_the_earth_leave_nothing_behind() {
     let Some(gpu) = gpu() else { return };
-    let mut bench = Bench::new(&gpu, source_of(hills()), RendererSettings::default());
-    let home = bench.check("home", &view()).points;
-    for shift in [dvec2(1.0e7, 0.0), dvec2(-1.0e7, 1.0e7), dvec2(0.0, -4.0e7)] {
-        let away = CameraView { eye: view().eye + shift.extend(0.0), ..view() };
-        // One frame only: the next jump comes before anything has been answered.
-        let target = OffscreenTarget::new(&gpu, SIZE_PX);
-        bench.renderer.render(&away, target.view(), OFFSCREEN_FORMAT).unwrap();
-        let back = bench.check("back", &view()).points;
-        let equal = |(a, b): (&DVec3, &DVec3)| a == b || (a.is_nan() && b.is_nan());
-        assert!(home.iter().zip(&back).all(equal), "after a jump by {shift}");
+    for strategy in METHODS {
+        let mut bench = Bench::new(&gpu, source_of(hills()), drawn_by(strategy));
+        let home = bench.check("home", &view()).points;
+        for shift in [dvec2(1.0e7, 0.0), dvec2(-1.0e7, 1.0e7), dvec2(0.0, -4.0e7)] {
+            let away = CameraView { eye: view().eye + shift.extend(0.0), ..view() };
+            // One frame only: the next jump comes before anything has been answered.
+            let target = OffscreenTarget::new(&gpu, SIZE_PX);
+            bench.renderer.render(&away, target.view(), OFFSCREEN_FORMAT).unwrap();
+            let back = bench.check("back", &view()).points;
+            let equal = |(a, b): (&DVec3, &DVec3)| a == b || (a.is_nan() && b.is_nan());
+            assert!(home.iter().zip(&back).all(equal), "{strategy}: after a jump by {shift}");
+        }
     }
 }
 
@@ -328,7 +349,7 @@ fn any_camera_at_all() {
             let settings = RendererSettings {
                 vertical_exaggeration: 10.0_f64.powf(random.between(-2.0, 3.0)),
                 triangle_px: random.between(1.0, 64.0),
-                ..Default::default()
+                ..drawn_by(METHODS[case / 25 % METHODS.len()])
             };
             bench.renderer.set_settings(settings).unwrap();
         }

@@ -40,8 +40,9 @@ mod twin_tests;
 
 pub use adapter_survey::{AdapterReport, CapabilityReport, LimitReport, survey_adapters};
 pub(crate) use clipmap::{
-    ClipBindings, ClipFrame, ClipHeightUpload, ClipHeightsPass, ClipLevel, ClipMeshBuffers,
-    ClipPass, ClipPassSettings, ClipTextureSizes, ClipTextures, draw_clip_coordinates,
+    ClipBindings, ClipDecodePass, ClipFrame, ClipHeightUpload, ClipHeightsPass, ClipLevel,
+    ClipMeshBuffers, ClipPass, ClipPassSettings, ClipTextureSizes, ClipTextures, WrittenTexels,
+    draw_clip_coordinates,
 };
 pub use context::{AdapterChoice, GpuContext, GpuError};
 pub(crate) use coordinate_feedback::CoordinateFeedback;

@@ -118,7 +118,7 @@ fn bind(
     sampler: &wgpu::Sampler,
 ) -> wgpu::BindGroup {
     let [heights, slopes, colours] =
-        [&textures.heights, &textures.slopes, &textures.colours].map(ClipTextures::all_levels);
+        [&textures.heights, &textures.slopes, textures.colours()].map(ClipTextures::all_levels);
     use wgpu::BindingResource::{Sampler, TextureView};
     let resources = [
         frame.as_entire_binding(),

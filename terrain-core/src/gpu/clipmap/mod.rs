@@ -2,6 +2,7 @@
 
 mod bindings;
 mod coordinates;
+mod decode_colours_pass;
 mod heights_pass;
 mod levels;
 mod mesh;
@@ -10,6 +11,7 @@ mod textures;
 
 pub(crate) use bindings::ClipBindings;
 pub(crate) use coordinates::draw_clip_coordinates;
+pub(crate) use decode_colours_pass::{ClipDecodePass, WrittenTexels};
 #[cfg(test)]
 pub(super) use heights_pass::{ClipHeightJob, ClipSlopeJob};
 pub(crate) use heights_pass::{ClipHeightUpload, ClipHeightsPass};

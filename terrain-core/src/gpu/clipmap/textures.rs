@@ -9,20 +9,24 @@ pub(crate) struct ClipTextureSizes {
     /// Without imagery a stub.
     pub colours: [u32; 2],
     pub colour_format: ColourFormat,
+    /// Whether blocks are decoded once, when they come, instead of whenever they are sampled.
+    pub decodes_blocks: bool,
 }
 
 /// The windows of all levels, a layer of an array each: heights in metres, the slopes derived from them,
-/// and the imagery as it is stored.
+/// and the imagery as it is stored, beside it decoded where that is asked for.
 pub(crate) struct ClipTextures {
     pub heights: wgpu::Texture,
     pub slopes: wgpu::Texture,
-    pub colours: wgpu::Texture,
+    pub stored_colours: wgpu::Texture,
+    pub decoded_colours: Option<wgpu::Texture>,
     pub sizes: ClipTextureSizes,
 }
 
 impl ClipTextures {
     const HEIGHT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
     const SLOPE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+    pub const DECODED_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
     pub fn new(device: &wgpu::Device, sizes: ClipTextureSizes) -> Self {
         let texture = |label, [side, levels]: [u32; 2], format, usage| {
@@ -40,12 +44,23 @@ impl ClipTextures {
         use wgpu::TextureUsages as Usage;
         let (storage, copied) = (Usage::STORAGE_BINDING | Usage::COPY_SRC, Usage::COPY_DST);
         let format = texture_format(sizes.colour_format);
+        let decodes = sizes.decodes_blocks && sizes.colour_format != ColourFormat::Rgba8;
+        let decoded = || {
+            let usage = Usage::RENDER_ATTACHMENT;
+            texture("decoded clip colours", sizes.colours, Self::DECODED_FORMAT, usage)
+        };
         Self {
             heights: texture("clip heights", sizes.heights, Self::HEIGHT_FORMAT, storage),
             slopes: texture("clip slopes", sizes.heights, Self::SLOPE_FORMAT, storage),
-            colours: texture("clip colours", sizes.colours, format, copied),
+            stored_colours: texture("clip colours", sizes.colours, format, copied),
+            decoded_colours: decodes.then(decoded),
             sizes,
         }
+    }
+
+    /// The imagery to sample.
+    pub fn colours(&self) -> &wgpu::Texture {
+        self.decoded_colours.as_ref().unwrap_or(&self.stored_colours)
     }
 
     /// A view of all levels of one of the textures.
@@ -93,7 +108,7 @@ impl ClipTextures {
         };
         queue.write_texture(
             wgpu::TexelCopyTextureInfo {
-                texture: &self.colours,
+                texture: &self.stored_colours,
                 mip_level: 0,
                 origin: wgpu::Origin3d { x: piece.target[0], y: piece.target[1], z: level },
                 aspect: wgpu::TextureAspect::All,

@@ -25,17 +25,17 @@ use glam::DVec2;
 use self::terrain::{ClipArrivals, ClipFocus, ClipTerrain};
 use super::{FrameContext, Moved, SceneState, TerrainMethod};
 use crate::CameraView;
-use crate::dataset::{ColourTile, TileSource};
+use crate::dataset::TileSource;
 use crate::frame_setup::frame_uniforms;
 use crate::gpu::{
-    ClipBindings, ClipFrame, ClipHeightUpload, ClipHeightsPass, ClipLevel, ClipMeshBuffers,
-    ClipPass, ClipPassSettings, ClipTextureSizes, ClipTextures, DebugImage, FrameGroup, GpuContext,
-    TargetKind, draw_clip_coordinates,
+    ClipBindings, ClipDecodePass, ClipFrame, ClipHeightUpload, ClipHeightsPass, ClipLevel,
+    ClipMeshBuffers, ClipPass, ClipPassSettings, ClipTextureSizes, ClipTextures, DebugImage,
+    FrameGroup, GpuContext, TargetKind, WrittenTexels, draw_clip_coordinates,
 };
 use crate::layer_loading::colour_format;
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::RendererSettings;
-use crate::residency::clipmap::{ClipLayer, ClipStrip, Piece, pieces};
+use crate::residency::clipmap::{ClipLayer, ClipStrip, pieces};
 use crate::selection::{Selection, TileTree};
 use crate::surface::{ClipMesh, ClipMeshView};
 use crate::terrain_renderer::RenderError;
@@ -46,6 +46,7 @@ pub(super) struct Clipmap {
     has_voids: bool,
     textures: ClipTextures,
     heights_pass: ClipHeightsPass,
+    decode_pass: Option<ClipDecodePass>,
     frame: FrameGroup,
     bindings: ClipBindings,
     mesh: ClipMeshBuffers,
@@ -72,10 +73,11 @@ impl Clipmap {
         let device = &cx.gpu.device;
         let format = colour_format(&**source, cx.gpu.has_block_compression());
         let terrain = ClipTerrain::open(source, tree, format, cx.ledger)?;
-        let textures = ClipTextures::new(device, texture_sizes(&terrain));
+        let textures = ClipTextures::new(device, texture_sizes(cx.gpu, &terrain));
         Ok(Self {
             has_voids: source.manifest().heights.has_voids,
             heights_pass: ClipHeightsPass::new(device),
+            decode_pass: ClipDecodePass::new(device, &textures),
             frame: FrameGroup::new(device),
             bindings: ClipBindings::new(device, &textures),
             mesh: ClipMeshBuffers::new(device),
@@ -109,7 +111,7 @@ impl TerrainMethod for Clipmap {
         let arrivals = self.terrain.stream(&focus, budget, cx.ledger);
         let mut moved = Moved::default();
         cx.ledger.add(ByteCause::Dem, self.send_heights(cx.gpu, encoder, &arrivals, &mut moved));
-        cx.ledger.add(ByteCause::Dom, self.send_colours(cx.gpu, &arrivals, &mut moved));
+        cx.ledger.add(ByteCause::Dom, self.send_colours(cx.gpu, encoder, &arrivals, &mut moved));
         self.terrain.drop_tiles();
         moved
     }
@@ -230,7 +232,7 @@ impl TerrainMethod for Clipmap {
             }
             DebugImage::ColourCache => {
                 let level = finest(self.terrain.colours.as_ref()?.wanted_levels());
-                Some(ClipTextures::level(&self.textures.colours, level))
+                Some(ClipTextures::level(self.textures.colours(), level))
             }
         }
     }
@@ -252,7 +254,8 @@ impl Clipmap {
         let sizes = self.terrain.sizes_for(texel_rad);
         if sizes != self.terrain.sizes() {
             self.terrain.resize(sizes);
-            self.textures = ClipTextures::new(&gpu.device, texture_sizes(&self.terrain));
+            self.textures = ClipTextures::new(&gpu.device, texture_sizes(gpu, &self.terrain));
+            self.decode_pass = ClipDecodePass::new(&gpu.device, &self.textures);
             self.bindings.rebind(&gpu.device, &self.textures);
         }
     }
@@ -280,26 +283,29 @@ impl Clipmap {
     }
 
     /// Sends strips of imagery; returns the bytes.
-    fn send_colours(&self, gpu: &GpuContext, arrivals: &ClipArrivals, moved: &mut Moved) -> u64 {
-        let Some(layer) = &self.terrain.colours else { return 0 };
-        let send = |strip: &ClipStrip| self.send_colour_strip(gpu, layer, strip, moved);
-        arrivals.colours.iter().map(send).sum()
-    }
-
-    fn send_colour_strip(
+    fn send_colours(
         &self,
         gpu: &GpuContext,
-        layer: &ClipLayer<ColourTile>,
-        strip: &ClipStrip,
+        encoder: &mut wgpu::CommandEncoder,
+        arrivals: &ClipArrivals,
         moved: &mut Moved,
     ) -> u64 {
-        let pieces = pieces(&strip.rect, &layer.layer().layout, strip.level, layer.clip_size());
-        moved.new += pieces.len() as u64;
-        let send = |piece: Piece| {
-            let (level, tile) = (u32::from(strip.level), layer.tile(piece.tile));
-            self.textures.write_colours(&gpu.queue, level, &piece, tile)
-        };
-        pieces.into_iter().map(send).sum()
+        let Some(layer) = &self.terrain.colours else { return 0 };
+        let (mut sent, mut written) = (0, Vec::new());
+        for strip in &arrivals.colours {
+            let level = u32::from(strip.level);
+            let layout = &layer.layer().layout;
+            for piece in pieces(&strip.rect, layout, strip.level, layer.clip_size()) {
+                let tile = layer.tile(piece.tile);
+                sent += self.textures.write_colours(&gpu.queue, level, &piece, tile);
+                written.push(WrittenTexels { level, first: piece.target, size: piece.size });
+            }
+        }
+        if let Some(pass) = &self.decode_pass {
+            pass.record(encoder, &written);
+        }
+        moved.new += written.len() as u64;
+        sent
     }
 
     fn mesh_of(&self, scene: &SceneState) -> ClipMesh {
@@ -355,12 +361,14 @@ impl Clipmap {
 }
 
 /// The textures that the terrain's windows need; of imagery that there is none, a stub.
-fn texture_sizes(terrain: &ClipTerrain) -> ClipTextureSizes {
+fn texture_sizes(gpu: &GpuContext, terrain: &ClipTerrain) -> ClipTextureSizes {
     let sizes = terrain.sizes();
     let colours = terrain.colours.as_ref();
     ClipTextureSizes {
         heights: [sizes.heights, terrain.heights.levels() as u32],
         colours: colours.map_or([4, 1], |layer| [sizes.colours, layer.levels() as u32]),
         colour_format: terrain.colour_format,
+        // A program on the CPU takes ten times as long to sample a block as a texel.
+        decodes_blocks: gpu.is_software(),
     }
 }

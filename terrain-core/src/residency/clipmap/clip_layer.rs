@@ -183,7 +183,7 @@ impl<T: Send + 'static> ClipLayer<T> {
     }
 
     /// Moves the windows of the first `wanted_levels` levels to the eye, plans what to send within the
-    /// budget, coarsest level first, and asks for the tiles that are not there. A strip goes through
+    /// budget, round the eye first and coarser levels before finer ones, and asks for the tiles that are not there. A strip goes through
     /// whatever the budget. Never waits.
     pub fn update(
         &mut self,
@@ -248,37 +248,41 @@ impl<T: Send + 'static> ClipLayer<T> {
 
     /// Fills in the strips to send; returns how many levels have more for the next frame.
     fn plan_strips(&mut self, budget_bytes: u64, update: &mut ClipLayerUpdate) -> usize {
-        let tile_size = self.layer.layout.tile_size_texels;
         let mut left = budget_bytes;
-        let mut waits = 0;
-        for level in 0..self.wanted_levels {
-            let number = level as u8;
-            loop {
-                let most_texels = left.saturating_mul(16) / self.bytes_of_16_texels;
-                let fill = &self.levels[level];
-                let is_ready = |rect: &TexelRect| self.is_ready(rect, number);
-                let Some(rect) = fill.next_strip(tile_size, most_texels, is_ready) else { break };
-                let bytes = rect.area() * self.bytes_of_16_texels / 16;
-                if bytes > left && !update.strips.is_empty() {
-                    waits += 1;
-                    break;
-                }
-                left = left.saturating_sub(bytes);
-                self.levels[level].take(&rect);
-                let filled = self.levels[level].filled();
-                update.strips.push(ClipStrip { level: number, rect, filled });
+        loop {
+            let most_texels = left.saturating_mul(16) / self.bytes_of_16_texels;
+            let mut ready = self.ready_strips(most_texels);
+            // All levels grow outwards together; of equals the coarser goes first.
+            ready.sort_by(|a, b| self.levels[a.0].part().total_cmp(&self.levels[b.0].part()));
+            let Some(&(level, rect)) = ready.first() else { return 0 };
+            let bytes = rect.area() * self.bytes_of_16_texels / 16;
+            if bytes > left && !update.strips.is_empty() {
+                return ready.len();
             }
+            left = left.saturating_sub(bytes);
+            self.levels[level].take(&rect);
+            let filled = self.levels[level].filled();
+            update.strips.push(ClipStrip { level: level as u8, rect, filled });
         }
-        waits
     }
 
-    /// The tiles under what the windows lack, coarsest level first and nearest to the eye first.
+    /// The strip that each wanted level could send next, coarsest level first.
+    fn ready_strips(&self, most_texels: u64) -> Vec<(usize, TexelRect)> {
+        let tile_size = self.layer.layout.tile_size_texels;
+        let levels = self.levels.iter().take(self.wanted_levels).enumerate();
+        let strip = |(level, fill): (usize, &LevelFill)| {
+            let is_ready = |rect: &TexelRect| self.is_ready(rect, level as u8);
+            Some((level, fill.next_strip(tile_size, most_texels, is_ready)?))
+        };
+        levels.filter_map(strip).collect()
+    }
+
+    /// The tiles under what the windows lack: nearest to the eye first, counted in tiles of their own
+    /// level, and of those equally near the coarser one.
     fn requests(&self, eye: DVec2) -> Vec<TileId> {
         let mut requests = Vec::new();
-        for (level, fill) in self.levels.iter().take(self.wanted_levels).enumerate() {
-            if fill.is_complete() {
-                continue;
-            }
+        let levels = self.levels.iter().take(self.wanted_levels).enumerate();
+        for (level, fill) in levels.filter(|(_, fill)| !fill.is_complete()) {
             let size = self.layer.layout.tile_size_texels;
             let lacks = |tile: &TileId| {
                 let rect = TexelRect::new([tile.column * size, tile.row * size], [size; 2]);
@@ -287,17 +291,16 @@ impl<T: Send + 'static> ClipLayer<T> {
                     && self.layer.present.contains(*tile)
                     && !self.failed.contains_key(tile)
             };
-            let mut tiles = tiles_under(&fill.window(), &self.layer.layout, level as u8)
-                .filter(lacks)
-                .collect::<Vec<_>>();
+            let tile_size_m = self.scheme.tile_size_m(level as u8);
             let distance = |tile: &TileId| {
-                let centre = self.scheme.tile_extent(*tile).centre();
-                centre.distance_squared(eye)
+                let from_eye = self.scheme.tile_extent(*tile).centre() - eye;
+                (from_eye.abs().max_element() / tile_size_m).round() as u64
             };
-            tiles.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
-            requests.extend(tiles);
+            let tiles = tiles_under(&fill.window(), &self.layer.layout, level as u8);
+            requests.extend(tiles.filter(lacks).map(|tile| (distance(&tile), tile)));
         }
-        requests
+        requests.sort_unstable();
+        requests.into_iter().map(|(_, tile)| tile).collect()
     }
 }
 

@@ -25,7 +25,8 @@ const HEIGHT_TEXEL_BYTES: f64 = 12.0;
 /// middle. There its texels are largest, and there they are to be of the size asked for: 4 / `texel_rad`
 /// texels a side (Losasso and Hoppe, 2004, section 3, put the same the other way round). Rounded in
 /// steps of half an octave, so that zooming does not bring new windows all the time, never more than the
-/// finest level has, and such that a layer takes no more than 256 MiB. Height windows cover the ground
+/// finest level has, and such that a layer takes no more than 256 MiB (where an adapter decodes
+/// imagery as it comes, what that takes is not counted). Height windows cover the ground
 /// the colour windows cover.
 ///
 /// `colour_texel_bytes`: bytes that a texel of imagery takes on the GPU.

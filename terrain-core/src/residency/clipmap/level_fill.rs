@@ -36,6 +36,11 @@ impl LevelFill {
         self.filled == self.window
     }
 
+    /// The part of the window that is there, from 0 to 1.
+    pub fn part(&self) -> f64 {
+        self.filled.area() as f64 / self.window.area().max(1) as f64
+    }
+
     /// Moves the window. What both windows hold stays, unless the eye has left it: then the level
     /// begins anew from the eye. `eye` is in texels from the root's corner, anywhere.
     pub fn move_to(&mut self, window: TexelRect, eye: [f64; 2]) {

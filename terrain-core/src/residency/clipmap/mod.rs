@@ -4,14 +4,15 @@
 //!
 //! After Tanner, Migdal and Jones, "The Clipmap: A Virtual Mipmap" (1998) for colours, and Losasso and
 //! Hoppe, "Geometry Clipmaps: Terrain Rendering Using Nested Regular Grids" (2004), for heights:
-//! nested windows ([`window_around`]), updates that wrap round ([`pieces`]), levels filled from the
-//! coarsest to the finest and shown as far as they are complete ([`LevelFill`]), and levels left alone
+//! nested windows ([`window_around`]), updates that wrap round ([`pieces`]), levels shown as far as they are
+//! complete, coarser ones first ([`LevelFill`]), and levels left alone
 //! whose texels would be too small to see from the eye's height ([`is_level_wanted`]).
 //!
 //! Where this departs from them: a window is as large as the picture's resolution asks
 //! ([`clip_sizes`]) rather than fixed; its texels come from the tiles of a dataset ([`ClipLayer`]), as
 //! they are stored there, not from one compressed image in memory; and what is complete of a level is
-//! a rectangle that grows from the eye outwards.
+//! a rectangle that grows from the eye outwards, all levels side by side: after a jump the ground near
+//! the eye is sharp long before the last of the coarser levels has come.
 
 mod clip_layer;
 mod clip_sizes;
