@@ -32,7 +32,7 @@ pub struct DrawingArgs {
     cache: Size,
 
     /// Most tiles a selection may have, level 0 included; never more than there are slots [default:
-    /// as many]
+    /// seven eighths of the slots, so that tiles that come and go need not be sent each time]
     #[arg(long, value_name = "N", value_parser = tile_count, allow_hyphen_values = true)]
     max_tiles: Option<usize>,
 
@@ -84,12 +84,12 @@ impl DrawingArgs {
     pub fn settings(&self, exaggeration: f64) -> RendererSettings {
         let defaults = RendererSettings::default();
         let [cache_columns, cache_rows] = self.cache.0;
-        let slots = (u64::from(cache_columns) * u64::from(cache_rows)) as usize;
+        let most_tiles = RendererSettings::most_tiles_of(cache_columns, cache_rows);
         RendererSettings {
             strategy: self.strategy,
             cache_columns,
             cache_rows,
-            max_tiles: self.max_tiles.unwrap_or(slots),
+            max_tiles: self.max_tiles.unwrap_or(most_tiles),
             texel_px: self.texel_px,
             triangle_px: self.triangle_px.unwrap_or(defaults.triangle_px),
             vertical_exaggeration: self.exaggeration.unwrap_or(exaggeration),
@@ -177,7 +177,7 @@ mod tests {
             let line = ["draw"].iter().chain(line);
             Line::try_parse_from(line).unwrap().drawing.settings(2.0)
         };
-        assert_eq!(settings(&["--cache", "8x8"]).max_tiles, 64);
+        assert_eq!(settings(&["--cache", "8x8"]).max_tiles, 56);
         assert_eq!(settings(&["--cache", "8x8", "--max-tiles", "20"]).max_tiles, 20);
         assert_eq!(settings(&[]).vertical_exaggeration, 2.0);
         assert_eq!(settings(&["--exaggeration", "3"]).vertical_exaggeration, 3.0);

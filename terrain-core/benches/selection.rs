@@ -69,8 +69,11 @@ fn config_of(strategy: Strategy, tree: &TileTree, tiles: usize) -> SelectionConf
     let (view, region) = view_and_region(tree);
     let config =
         |texel_px| SelectionConfig { max_tiles: usize::MAX, texel_px, ..Default::default() };
-    let strategy = strategy.implementation().expect("a strategy of tiles");
-    let selection = |texel_px| strategy.select(tree, Some(&region), &view, &config(texel_px));
+    let strategy = strategy.implementation();
+    let selection = |texel_px| {
+        let chosen = strategy.map(|s| s.select(tree, Some(&region), &view, &config(texel_px)));
+        chosen.unwrap_or_default()
+    };
     let count = |texel_px| selection(texel_px).tiles.len();
     let (mut coarse, mut fine) = (1_000.0_f64, 0.01_f64);
     for _ in 0..40 {

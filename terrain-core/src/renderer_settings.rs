@@ -109,7 +109,7 @@ impl Default for RendererSettings {
             strategy: Strategy::RttQuadtree,
             cache_columns: 6,
             cache_rows: 6,
-            max_tiles: 36,
+            max_tiles: Self::most_tiles_of(6, 6),
             texel_px: 1.0,
             triangle_px: Self::BY_ADAPTER_PX,
             vertical_exaggeration: 1.0,
@@ -143,6 +143,14 @@ impl RendererSettings {
             self.anti_aliasing = if is_software { AntiAliasing::Off } else { hardware };
         }
         self.checked()
+    }
+
+    /// The most tiles a selection should have for caches of so many slots: an eighth of them stays for
+    /// what was wanted a moment ago. Without it every tile that comes and goes at the selection's far
+    /// end is sent anew each time.
+    pub const fn most_tiles_of(cache_columns: u32, cache_rows: u32) -> usize {
+        let slots = (cache_columns as usize).saturating_mul(cache_rows as usize);
+        slots - slots / 8
     }
 
     /// Most slots of a cache along either side: tables number tiles with 16 bits, and a texture has at

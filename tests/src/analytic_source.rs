@@ -9,7 +9,8 @@ use terrain_core::tiling::{Extent, LayerLayout, TileId, TileSet, TilingScheme};
 
 /// A surface given by formulas: the height in metres and the sRGB colour at a point.
 pub struct Surface {
-    /// Metres above the datum at x east, y north of the *root's centre*; NaN where there is no data.
+    /// Metres above the datum at x east, y north of the *root's centre* (or of the place given to
+    /// [`AnalyticSource::with_surface_about`]); NaN where there is no data.
     pub height_m: fn(DVec2) -> f64,
     /// sRGB colour there.
     pub colour: fn(DVec2) -> [u8; 3],
@@ -21,6 +22,8 @@ pub struct Surface {
 /// tile is known without reading any file.
 pub struct AnalyticSource {
     surface: Surface,
+    /// Where the surface's own origin lies from the root's centre, metres.
+    surface_from_centre_m: DVec2,
     manifest: Manifest,
     heights_present: TileSet,
     colours_present: TileSet,
@@ -67,9 +70,10 @@ impl AnalyticSource {
         };
         Self {
             surface,
+            surface_from_centre_m: DVec2::ZERO,
             manifest,
-            heights_present: all_tiles(height_levels),
-            colours_present: all_tiles(colour_levels),
+            heights_present: TileSet::full(height_levels),
+            colours_present: TileSet::full(colour_levels),
         }
     }
 
@@ -82,27 +86,70 @@ impl AnalyticSource {
         self
     }
 
+    /// The same with the surface's formulas counting from this place in the world instead of the root's
+    /// centre.
+    pub fn with_surface_about(mut self, origin: DVec2) -> Self {
+        self.surface_from_centre_m = origin - self.centre();
+        self
+    }
+
+    /// The same with the height ranges of the tiles of this many levels known, by samples of the surface;
+    /// otherwise only that of the root is.
+    pub fn with_height_ranges(mut self, level_count: u8) -> Self {
+        let finest = level_count.max(1) - 1;
+        let mut levels = vec![self.ranges_of_level(finest)];
+        for level in (0..finest).rev() {
+            levels.push(ranges_above(level, &levels[levels.len() - 1]));
+        }
+        levels.reverse();
+        self.manifest.heights.ranges = HeightRanges { levels };
+        self
+    }
+
     /// The true height at a world point.
     pub fn height_m(&self, point: DVec2) -> f64 {
-        (self.surface.height_m)(point - self.centre())
+        (self.surface.height_m)(point - self.centre() - self.surface_from_centre_m)
+    }
+
+    /// The range of every tile of a level, row by row, from a grid of samples in each.
+    fn ranges_of_level(&self, level: u8) -> Vec<Option<HeightRange>> {
+        const STEPS: u32 = 6;
+        let side = 1_u32 << level;
+        let range_of = |tile| {
+            let extent = self.manifest.scheme.tile_extent(tile);
+            let at = |index: u32| f64::from(index) / f64::from(STEPS);
+            let heights = (0..(STEPS + 1) * (STEPS + 1)).map(|index| {
+                let place = dvec2(at(index % (STEPS + 1)), at(index / (STEPS + 1)));
+                self.height_m(extent.min + place * extent.size_m()) as f32
+            });
+            heights
+                .filter(|&height_m| HeightSamples::is_height(height_m))
+                .map(|height_m| HeightRange { min_m: height_m, max_m: height_m })
+                .reduce(union)
+        };
+        (0..side * side)
+            .map(|index| range_of(TileId::new(level, index / side, index % side)))
+            .collect()
     }
 
     fn centre(&self) -> DVec2 {
         self.manifest.scheme.root_extent().centre()
     }
 
-    /// Texel centres of a stored tile relative to the root's centre, row by row.
+    /// Texel centres of a stored tile relative to the surface's origin, row by row.
     fn texel_centres(&self, layout: LayerLayout, tile: TileId) -> impl Iterator<Item = DVec2> {
         let scheme = self.manifest.scheme;
         let texel_m = layout.texel_size_m(&scheme, tile.level);
         let size = layout.stored_size_texels();
-        // Computed relative to the centre, so that the same surface far from the origin of the CRS
+        // Computed relative to the surface's origin, so that the same surface far from the origin of the CRS
         // has bit for bit the same samples.
         let half_m = 0.5 * scheme.root_size_m;
+        let to_west_m = half_m + self.surface_from_centre_m.x;
+        let to_north_m = half_m - self.surface_from_centre_m.y;
         let tile_m = scheme.tile_size_m(tile.level);
         let gutter_m = f64::from(layout.gutter_texels) * texel_m;
-        let west = f64::from(tile.column) * tile_m - half_m - gutter_m;
-        let north = half_m - f64::from(tile.row) * tile_m + gutter_m;
+        let west = f64::from(tile.column) * tile_m - to_west_m - gutter_m;
+        let north = to_north_m - f64::from(tile.row) * tile_m + gutter_m;
         (0..size * size).map(move |index| {
             let (row, column) = (f64::from(index / size), f64::from(index % size));
             dvec2(west + (column + 0.5) * texel_m, north - (row + 0.5) * texel_m)
@@ -138,13 +185,18 @@ impl Surface {
     }
 }
 
-fn all_tiles(levels: u8) -> TileSet {
-    (0..levels)
-        .flat_map(|level| {
-            let side = 1u32 << level;
-            (0..side).flat_map(move |row| (0..side).map(move |c| TileId::new(level, row, c)))
-        })
-        .collect()
+/// The ranges of a level's tiles from those of the level below it.
+fn ranges_above(level: u8, below: &[Option<HeightRange>]) -> Vec<Option<HeightRange>> {
+    let side = 1_u32 << level;
+    let range_of = |tile: TileId| {
+        let index = |child: TileId| ((child.row << (level + 1)) + child.column) as usize;
+        tile.children().into_iter().filter_map(|child| below[index(child)]).reduce(union)
+    };
+    (0..side * side).map(|index| range_of(TileId::new(level, index / side, index % side))).collect()
+}
+
+fn union(a: HeightRange, b: HeightRange) -> HeightRange {
+    HeightRange { min_m: a.min_m.min(b.min_m), max_m: a.max_m.max(b.max_m) }
 }
 
 impl TileSource for AnalyticSource {

@@ -1,11 +1,15 @@
 //! What the cases share: a headless GPU, sources whose true surface is known, and pictures.
 
 mod analytic_source;
+mod bench;
 mod headless;
+mod nested_sources;
 mod picture;
 mod raster_fixture;
 
 pub use analytic_source::{AnalyticSource, Surface};
+pub use bench::Bench;
 pub use headless::gpu;
+pub use nested_sources::NestedSources;
 pub use picture::Picture;
 pub use raster_fixture::{RasterFixture, Storage};

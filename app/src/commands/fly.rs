@@ -10,9 +10,10 @@ use terrain_core::RendererSettings;
 use terrain_core::dataset::{Dataset, Manifest, TileSource};
 use terrain_core::gpu::AdapterChoice;
 use terrain_core::measure::{Flight, FrameRecord};
+use terrain_core::selection::Strategy;
 
 use crate::demo::Demo;
-use crate::drawing_args::{DrawingArgs, Size};
+use crate::drawing_args::{DrawingArgs, Size, strategies};
 use crate::flight_summary::FlightSummary;
 use crate::headless::Headless;
 use crate::progress::FrameProgress;
@@ -24,6 +25,7 @@ use crate::{display, flights, output, pictures};
 #[command(after_help = "\
 Examples:
   terrain fly alps
+  terrain fly alps --strategy rtt-quadtree --compare cpu-frustum
   terrain fly alps --flight valley.json --headless --csv frames.csv
   terrain fly alps --headless --settle --frames-at 24 --out pictures")]
 pub struct FlyArgs {
@@ -41,6 +43,10 @@ pub struct FlyArgs {
     /// Close the window when the flight has been flown, unless somebody has taken the controls
     #[arg(long, requires = "flight", conflicts_with = "headless")]
     close_at_end: bool,
+
+    /// Show another strategy beside the chosen one: in a window divided in two
+    #[arg(long, value_name = "STRATEGY", conflicts_with = "headless", value_parser = strategies())]
+    compare: Option<Strategy>,
 
     /// Draw the flight without a window
     #[arg(long)]
@@ -125,6 +131,7 @@ fn fly_in_window(args: &FlyArgs, adapter: &AdapterChoice, scene: Scene) -> anyho
         title,
         adapter: adapter.clone(),
         settings,
+        compare_with: args.compare,
         flight,
         plays_at_once,
         closes_at_end: args.close_at_end,

@@ -27,6 +27,10 @@ pub enum Action {
     ToggleRecording,
     /// Begin or end to play the flight.
     TogglePlaying,
+    /// Compare two scenes in another way, or no longer.
+    NextComparison,
+    /// Show the second scene alone, or no longer.
+    ShowSecondAlone(bool),
     /// Fill the screen, or not.
     ToggleFullscreen,
     /// Leave.
@@ -34,7 +38,7 @@ pub enum Action {
 }
 
 /// What the help of the panel says: keys and what they do.
-pub const HELP: [(&str, &str); 17] = [
+pub const HELP: [(&str, &str); 19] = [
     ("left drag", "move the ground"),
     ("wheel", "towards the cursor and back"),
     ("right drag, Ctrl + drag", "turn and tilt about the cursor"),
@@ -46,6 +50,8 @@ pub const HELP: [(&str, &str); 17] = [
     ("H, F1", "this panel"),
     ("F", "freeze the selection"),
     ("B, L, X", "borders, levels, wireframe"),
+    ("C", "compare two: split, flicker, off"),
+    ("V, held", "B of the two alone"),
     ("F12", "screenshot"),
     ("R", "record a flight"),
     ("P", "play it"),
@@ -65,6 +71,12 @@ pub fn action(key: &Key, code: &PhysicalKey) -> Option<Action> {
         Key::Character(text) => letter_action(&text.to_lowercase()),
         _ => None,
     }
+}
+
+/// The action of a key that went up.
+pub fn release(key: &Key) -> Option<Action> {
+    let Key::Character(text) = key else { return None };
+    (text.to_lowercase() == "v").then_some(Action::ShowSecondAlone(false))
 }
 
 fn named_action(key: NamedKey) -> Option<Action> {
@@ -88,6 +100,8 @@ fn letter_action(letter: &str) -> Option<Action> {
         "n" => Action::GoNorthUp,
         "r" => Action::ToggleRecording,
         "p" => Action::TogglePlaying,
+        "c" => Action::NextComparison,
+        "v" => Action::ShowSecondAlone(true),
         _ => return None,
     })
 }
@@ -126,6 +140,15 @@ mod tests {
             Some(Action::ToggleFreeze)
         );
         assert_eq!(action(&letter("r"), &PhysicalKey::Code(KeyCode::KeyS)), None);
+    }
+
+    #[test]
+    fn only_the_second_scene_alone_ends_with_its_key() {
+        let letter = |text: &str| Key::Character(text.into());
+        let down = action(&letter("v"), &PhysicalKey::Code(KeyCode::KeyV));
+        assert_eq!(down, Some(Action::ShowSecondAlone(true)));
+        assert_eq!(release(&letter("V")), Some(Action::ShowSecondAlone(false)));
+        assert_eq!(release(&letter("c")), None);
     }
 
     #[test]

@@ -2,18 +2,22 @@
 
 mod camera_controls;
 mod camera_glide;
+mod comparison;
 mod flight_deck;
 mod ground_pick;
 mod keys;
 mod panel;
 mod plots;
+mod scene;
 mod scene_cache;
 mod surface;
 mod texture_view;
 mod ui_layer;
 mod window;
 mod window_actions;
+mod window_frame;
 mod window_input;
+mod window_ui;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -24,6 +28,7 @@ use terrain_core::RendererSettings;
 use terrain_core::dataset::TileSource;
 use terrain_core::gpu::AdapterChoice;
 use terrain_core::measure::Flight;
+use terrain_core::selection::Strategy;
 use winit::application::ApplicationHandler;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
@@ -41,6 +46,8 @@ pub struct ViewerOptions {
     pub adapter: AdapterChoice,
     /// The settings to begin with.
     pub settings: RendererSettings,
+    /// The strategy to compare with from the first frame on.
+    pub compare_with: Option<Strategy>,
     /// A flight to play.
     pub flight: Option<Flight>,
     /// Whether the flight begins at once.

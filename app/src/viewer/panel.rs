@@ -4,10 +4,10 @@ use egui::{Align2, Color32, Grid, RichText, Slider, SliderClamping, Ui};
 use glam::DVec3;
 use terrain_core::dataset::Manifest;
 use terrain_core::gpu::DebugImage;
-use terrain_core::measure::FrameRecord;
 use terrain_core::selection::Strategy;
 use terrain_core::{AntiAliasing, DebugView, RendererSettings};
 
+use super::comparison::ComparisonSection;
 use super::keys::{Action, HELP};
 use super::plots::FrameHistory;
 
@@ -24,6 +24,8 @@ pub struct Panel<'a> {
     pub manifest: &'a Manifest,
     /// The frames just past.
     pub history: &'a FrameHistory,
+    /// Those of the scene it is compared with.
+    pub second_history: Option<&'a FrameHistory>,
     /// Where the eye is, metres.
     pub eye: DVec3,
     /// Height of the eye above the ground, metres.
@@ -36,8 +38,6 @@ pub struct Panel<'a> {
     pub is_playing: bool,
     /// Whether there is a flight to play.
     pub has_flight: bool,
-    /// Something just done, to be told.
-    pub notice: Option<&'a str>,
     /// The picture of the texture to look at.
     pub texture: Option<egui::TextureId>,
     /// Which texture to look at.
@@ -46,10 +46,12 @@ pub struct Panel<'a> {
     pub settings: &'a mut RendererSettings,
     /// What the user asked for by buttons.
     pub actions: &'a mut Vec<Action>,
+    /// What is compared.
+    pub comparison: ComparisonSection<'a>,
 }
 
 impl Panel<'_> {
-    /// Shows the panel at the left and the notice at the bottom.
+    /// Shows the panel at the left.
     pub fn show(&mut self, ui: &Ui) {
         let context = ui.ctx();
         let height = context.content_rect().height() - 6.0 * MARGIN;
@@ -64,27 +66,18 @@ impl Panel<'_> {
                 ui.set_width(WIDTH);
                 self.contents(ui);
             });
-        if let Some(notice) = self.notice {
-            egui::Area::new(egui::Id::unique("notice"))
-                .anchor(Align2::CENTER_BOTTOM, [0.0, -2.0 * MARGIN])
-                .interactable(false)
-                .show(context, |ui| {
-                    let text = egui::Label::new(notice).extend();
-                    egui::Frame::popup(ui.style()).show(ui, |ui| ui.add(text));
-                });
-        }
     }
 
     fn contents(&mut self, ui: &mut Ui) {
         self.place(ui);
         self.buttons(ui);
         ui.separator();
-        if let Some(record) = self.history.last() {
-            numbers(ui, record, self.history.mean_bytes());
-        }
+        let histories = [Some(self.history), self.second_history];
+        numbers(ui, &histories.into_iter().flatten().collect::<Vec<_>>());
         section(ui, "Bytes a frame", true, |ui| self.history.show_bytes(ui));
         section(ui, "Times", true, |ui| self.history.show_times(ui));
         section(ui, "Settings", true, |ui| self.sliders(ui));
+        section(ui, "Comparison", false, |ui| self.comparison.show(ui));
         section(ui, "Debug views", false, |ui| self.debug_views(ui));
         section(ui, "Textures", false, |ui| self.textures(ui));
         section(ui, "Dataset", false, |ui| about(ui, self.manifest));
@@ -187,19 +180,31 @@ impl Panel<'_> {
     }
 }
 
+/// Shows something just done, to be told, at the bottom.
+pub fn show_notice(ui: &Ui, notice: &str) {
+    egui::Area::new(egui::Id::unique("notice"))
+        .anchor(Align2::CENTER_BOTTOM, [0.0, -2.0 * MARGIN])
+        .interactable(false)
+        .show(ui.ctx(), |ui| {
+            let text = egui::Label::new(notice).extend();
+            egui::Frame::popup(ui.style()).show(ui, |ui| ui.add(text));
+        });
+}
+
 fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
     egui::CollapsingHeader::new(title).default_open(open).show(ui, contents);
 }
 
 /// A slider that leaves a value beyond its ends, given on the command line, until it is moved.
-fn slider(value: &mut f64, least: f64, most: f64) -> Slider<'_> {
+pub(super) fn slider(value: &mut f64, least: f64, most: f64) -> Slider<'_> {
     Slider::new(value, least..=most)
         .logarithmic(true)
         .max_decimals(2)
         .clamping(SliderClamping::Edits)
 }
 
-fn strategy_choice(ui: &mut Ui, settings: &mut RendererSettings) {
+/// Lets the user choose a strategy.
+pub(super) fn strategy_choice(ui: &mut Ui, settings: &mut RendererSettings) {
     egui::ComboBox::from_label("strategy").selected_text(settings.strategy.name()).show_ui(
         ui,
         |ui| {
@@ -210,7 +215,8 @@ fn strategy_choice(ui: &mut Ui, settings: &mut RendererSettings) {
     );
 }
 
-fn cache_choice(ui: &mut Ui, settings: &mut RendererSettings) {
+/// Lets the user choose the caches' size; as many tiles are then selected.
+pub(super) fn cache_choice(ui: &mut Ui, settings: &mut RendererSettings) {
     let (columns, rows) = (settings.cache_columns, settings.cache_rows);
     egui::ComboBox::from_label("cache (slots)")
         .selected_text(format!("{columns} x {rows}"))
@@ -219,39 +225,61 @@ fn cache_choice(ui: &mut Ui, settings: &mut RendererSettings) {
                 let chosen = (columns, rows) == (side, side);
                 if ui.selectable_label(chosen, format!("{side} x {side}")).clicked() {
                     (settings.cache_columns, settings.cache_rows) = (side, side);
-                    settings.max_tiles = (side * side) as usize;
+                    settings.max_tiles = RendererSettings::most_tiles_of(side, side);
                 }
             }
         });
 }
 
-fn numbers(ui: &mut Ui, record: &FrameRecord, mean_bytes: f64) {
+/// What the last frame of a scene cost, or those of two scenes side by side.
+fn numbers(ui: &mut Ui, histories: &[&FrameHistory]) {
+    let columns: Vec<_> = histories.iter().filter_map(|history| column(history)).collect();
+    Grid::new("numbers").num_columns(1 + columns.len()).striped(true).show(ui, |ui| {
+        for (row, name) in ROWS.iter().enumerate() {
+            ui.label(*name);
+            for column in &columns {
+                ui.label(column[row].clone());
+            }
+            ui.end_row();
+        }
+    });
+}
+
+/// What the rows of the numbers are called.
+const ROWS: [&str; 11] = [
+    "strategy",
+    "frame",
+    "CPU",
+    "selection",
+    "GPU",
+    "tiles selected",
+    "new, evicted",
+    "missing",
+    "region's age",
+    "bytes",
+    "mean bytes",
+];
+
+/// The numbers of a scene, a row each; `None` before its first frame.
+fn column(history: &FrameHistory) -> Option<[RichText; ROWS.len()]> {
+    let record = history.last()?;
     let gpu = record.gpu_ms.map_or("not measured".to_owned(), |ms| format!("{ms:.1} ms"));
     let age = record.region_age_frames.map_or("-".to_owned(), |age| format!("{age} frames"));
     let missing = RichText::new(record.tiles_missing.to_string());
     let missing = if record.tiles_missing > 0 { missing.color(Color32::YELLOW) } else { missing };
-    let rows: [(&str, RichText); 10] = [
-        ("strategy", record.strategy.as_str().into()),
-        ("frame", format!("{:.1} ms", record.frame_ms).into()),
-        ("CPU, selection", format!("{:.2} ms, {:.3} ms", record.cpu_ms, record.select_ms).into()),
-        ("GPU", gpu.into()),
-        (
-            "tiles selected",
-            format!("{} to level {}", record.tiles_selected, record.finest_level).into(),
-        ),
-        ("new, evicted", format!("{}, {}", record.tiles_new, record.tiles_evicted).into()),
-        ("missing", missing),
-        ("region's age", age.into()),
-        ("bytes", bytes(record.upload_bytes + record.readback_bytes).into()),
-        ("mean bytes", bytes(mean_bytes as u64).into()),
-    ];
-    Grid::new("numbers").num_columns(2).striped(true).show(ui, |ui| {
-        for (name, value) in rows {
-            ui.label(name);
-            ui.label(value);
-            ui.end_row();
-        }
-    });
+    Some([
+        record.strategy.as_str().into(),
+        format!("{:.1} ms", record.frame_ms).into(),
+        format!("{:.2} ms", record.cpu_ms).into(),
+        format!("{:.3} ms", record.select_ms).into(),
+        gpu.into(),
+        format!("{} to level {}", record.tiles_selected, record.finest_level).into(),
+        format!("{}, {}", record.tiles_new, record.tiles_evicted).into(),
+        missing,
+        age.into(),
+        bytes(record.upload_bytes + record.readback_bytes).into(),
+        bytes(history.mean_bytes() as u64).into(),
+    ])
 }
 
 fn about(ui: &mut Ui, manifest: &Manifest) {

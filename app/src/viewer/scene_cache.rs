@@ -1,5 +1,7 @@
 //! The finished scene kept, so that the user interface can change over it without drawing it again.
 
+use std::ops::Range;
+
 use terrain_core::gpu::GpuContext;
 
 use super::surface::{SurfaceFrame, WindowSurface};
@@ -8,8 +10,6 @@ use super::surface::{SurfaceFrame, WindowSurface};
 pub struct SceneCache {
     texture: wgpu::Texture,
     scene_view: wgpu::TextureView,
-    /// Whether a scene has been drawn into it.
-    pub is_drawn: bool,
 }
 
 impl SceneCache {
@@ -30,7 +30,7 @@ impl SceneCache {
             format: Some(surface.scene_format()),
             ..Default::default()
         });
-        Self { texture, scene_view, is_drawn: false }
+        Self { texture, scene_view }
     }
 
     /// Whether it still has the surface's size.
@@ -43,12 +43,20 @@ impl SceneCache {
         &self.scene_view
     }
 
-    /// Copies the scene into a picture of the window.
-    pub fn copy_to(&self, encoder: &mut wgpu::CommandEncoder, frame: &SurfaceFrame) {
+    /// Copies these columns of the scene to the same columns of a picture of the window.
+    pub fn copy_columns_to(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &SurfaceFrame,
+        columns: Range<u32>,
+    ) {
+        let origin = wgpu::Origin3d { x: columns.start, ..Default::default() };
+        let whole = self.texture.size();
+        let part = wgpu::Extent3d { width: columns.end - columns.start, ..whole };
         encoder.copy_texture_to_texture(
-            self.texture.as_image_copy(),
-            frame.texture().as_image_copy(),
-            self.texture.size(),
+            wgpu::TexelCopyTextureInfo { origin, ..self.texture.as_image_copy() },
+            wgpu::TexelCopyTextureInfo { origin, ..frame.texture().as_image_copy() },
+            part,
         );
     }
 }

@@ -2,11 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use terrain_core::DebugView;
-use terrain_core::gpu::{OFFSCREEN_FORMAT, OffscreenTarget};
+use terrain_core::gpu::{GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
+use terrain_core::{CameraView, DebugView};
 use winit::window::Fullscreen;
 
 use super::keys::Action;
+use super::scene::Scene;
 use super::window::TerrainWindow;
 use crate::output;
 use crate::pictures::{free_name, write_png};
@@ -17,7 +18,7 @@ const NOTICE: Duration = Duration::from_secs(6);
 impl TerrainWindow {
     /// Does what a key or a button asks for. [`Action::Quit`] is the caller's.
     pub(super) fn act(&mut self, action: Action) -> anyhow::Result<()> {
-        let mut settings = *self.renderer.settings();
+        let mut settings = *self.scene.settings();
         let toggled = |view| if settings.debug_view == view { DebugView::Off } else { view };
         match action {
             Action::Quit => {}
@@ -34,7 +35,7 @@ impl TerrainWindow {
             }
             Action::GoNorthUp => {
                 self.take_over();
-                self.controls.go_north_up(&Self::ground(&self.renderer));
+                self.controls.go_north_up(&self.scene.ground());
             }
             Action::TakeScreenshot => self.take_screenshot()?,
             Action::ToggleRecording if self.deck.is_recording() => {
@@ -48,6 +49,12 @@ impl TerrainWindow {
                 self.tell("recording; R ends it".to_owned());
             }
             Action::TogglePlaying => self.toggle_playing(),
+            Action::NextComparison => {
+                let choices = self.comparison.choices();
+                let next = choices.with_mode(choices.mode.next(), self.scene.settings());
+                self.change_comparison(next)?;
+            }
+            Action::ShowSecondAlone(is_down) => self.comparison.shows_second_alone = is_down,
             Action::ToggleFullscreen => self.toggle_fullscreen(),
         }
         self.change_settings(settings)
@@ -70,11 +77,14 @@ impl TerrainWindow {
         self.window.set_fullscreen((!is_full).then_some(Fullscreen::Borderless(None)));
     }
 
+    /// Saves what is to be seen of the ground.
     fn take_screenshot(&mut self) -> anyhow::Result<()> {
         let view = *self.controls.view();
-        let target = OffscreenTarget::new(&self.gpu, view.viewport_px);
-        self.renderer.render(&view, target.view(), OFFSCREEN_FORMAT)?;
-        let rgba = target.read_rgba8(&self.gpu)?;
+        let mut rgba = picture_of(&mut self.scene, &self.gpu, &view)?;
+        let (shares, _) = self.comparison.shares(view.viewport_px[0]);
+        if let Some(second) = self.comparison.second_mut() {
+            rgba = shares.compose(&rgba, &picture_of(second, &self.gpu, &view)?);
+        }
         let path = free_name("terrain", "png");
         match write_png(&path, view.viewport_px, &rgba) {
             Ok(()) => self.tell(format!("picture saved as {}", path.display())),
@@ -103,4 +113,11 @@ impl TerrainWindow {
         self.notice = Some((text, Instant::now() + NOTICE));
         self.request_frame();
     }
+}
+
+/// A scene's next frame as RGBA of 8 bits.
+fn picture_of(scene: &mut Scene, gpu: &GpuContext, view: &CameraView) -> anyhow::Result<Vec<u8>> {
+    let target = OffscreenTarget::new(gpu, view.viewport_px);
+    scene.renderer.render(view, target.view(), OFFSCREEN_FORMAT)?;
+    Ok(target.read_rgba8(gpu)?)
 }

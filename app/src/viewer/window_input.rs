@@ -2,6 +2,7 @@
 
 use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::ModifiersState;
+use winit::window::CursorIcon;
 
 use super::Next;
 use super::camera_controls::{DragKind, HeldDirections};
@@ -17,6 +18,10 @@ pub struct Pointer {
     position_px: [f64; 2],
     /// The button that began the drag under way.
     drag_button: Option<MouseButton>,
+    /// Whether the comparison's divider is under the pointer.
+    is_over_divider: bool,
+    /// Whether it is being dragged.
+    drags_divider: bool,
     modifiers: ModifiersState,
     held: HeldDirections,
 }
@@ -26,7 +31,7 @@ impl TerrainWindow {
     pub(super) fn on_event(&mut self, event: &WindowEvent) -> anyhow::Result<Next> {
         let mut wants_frame = false;
         let mut consumed = false;
-        if self.panel_visible {
+        if self.has_ui() {
             let response = self.ui.on_event(&self.window, event);
             wants_frame = response.repaint;
             consumed = response.consumed;
@@ -40,7 +45,10 @@ impl TerrainWindow {
                 self.hidden = *hidden;
                 wants_frame |= !hidden;
             }
-            WindowEvent::Focused(false) => self.let_go(),
+            WindowEvent::Focused(false) => {
+                self.let_go();
+                wants_frame = true;
+            }
             WindowEvent::ModifiersChanged(modifiers) => self.pointer.modifiers = modifiers.state(),
             WindowEvent::KeyboardInput { event, .. } => {
                 match self.on_key(event, consumed) {
@@ -83,6 +91,8 @@ impl TerrainWindow {
         self.controls.set_held(self.pointer.held);
         self.pointer.drag_button = None;
         self.controls.end_drag();
+        self.pointer.drags_divider = false;
+        self.comparison.shows_second_alone = false;
     }
 
     fn on_key(&mut self, event: &KeyEvent, consumed: bool) -> Option<Action> {
@@ -101,17 +111,43 @@ impl TerrainWindow {
             self.controls.set_held(self.pointer.held);
             return None;
         }
-        (down && !event.repeat && !with_command)
+        if !down {
+            return keys::release(&event.logical_key);
+        }
+        (!event.repeat && !with_command)
             .then(|| keys::action(&event.logical_key, &event.physical_key))
             .flatten()
     }
 
     fn on_cursor(&mut self, position_px: [f64; 2]) -> bool {
         self.pointer.position_px = position_px;
-        self.controls.drag_to(position_px, &Self::ground(&self.renderer))
+        let width_px = self.surface.size_px()[0];
+        if self.pointer.drags_divider {
+            self.comparison.move_divider(position_px[0], width_px);
+            return true;
+        }
+        self.find_divider(width_px);
+        self.controls.drag_to(position_px, &self.scene.ground())
+    }
+
+    /// Notes whether the divider is under the pointer, and shows it by the pointer's form.
+    fn find_divider(&mut self, width_px: u32) {
+        let scale = self.window.scale_factor();
+        let is_over = self.comparison.has_divider_at(self.pointer.position_px[0], width_px, scale);
+        if std::mem::replace(&mut self.pointer.is_over_divider, is_over) != is_over {
+            let icon = if is_over { CursorIcon::ColResize } else { CursorIcon::Default };
+            self.window.set_cursor(icon);
+        }
     }
 
     fn on_button(&mut self, state: ElementState, button: MouseButton, consumed: bool) {
+        if button == MouseButton::Left {
+            let is_down = state == ElementState::Pressed;
+            self.pointer.drags_divider = is_down && !consumed && self.pointer.is_over_divider;
+            if self.pointer.drags_divider {
+                return;
+            }
+        }
         if state == ElementState::Released {
             if self.pointer.drag_button == Some(button) {
                 self.pointer.drag_button = None;
@@ -129,7 +165,7 @@ impl TerrainWindow {
         if !consumed {
             self.take_over();
             self.pointer.drag_button = Some(button);
-            let ground = Self::ground(&self.renderer);
+            let ground = self.scene.ground();
             self.controls.begin_drag(kind, self.pointer.position_px, &ground);
         }
     }
@@ -140,7 +176,7 @@ impl TerrainWindow {
             MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_A_STEP,
         };
         self.take_over();
-        let ground = Self::ground(&self.renderer);
+        let ground = self.scene.ground();
         self.controls.wheel(steps, self.pointer.position_px, &ground);
     }
 }

@@ -33,6 +33,7 @@ fn wrong_usage_exits_with_2() {
     for arguments in [
         vec!["nonsense"],
         vec!["render"],
+        vec!["fly", "x", "--headless", "--compare", "cpu-frustum"],
         vec!["fly", "x", "--csv", "f.csv"],
         vec!["render", "x", "--camera", "x=1"],
         vec!["render", "x", "--camera", "x=1,y=2,height=3", "--size", "0x5", "--json"],

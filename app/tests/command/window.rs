@@ -73,6 +73,23 @@ fn a_display_that_is_not_there_is_an_error_and_no_crash() {
 }
 
 #[test]
+fn two_strategies_share_a_window() {
+    if !has_gpu() {
+        return;
+    }
+    let Some(display) = Display::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let flight = folder.path().join("short.json");
+    std::fs::write(&flight, SHORT_FLIGHT).unwrap();
+    let mut command = terrain(["fly", "--compare", "cpu-frustum", "--close-at-end", "--flight"]);
+    command.arg(&flight).arg(dataset()).env("DISPLAY", &display.name);
+    let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
+    assert!(ends_by_itself(&mut child), "the window closes by itself");
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
 fn the_window_flies_a_flight_and_saves_its_recording() {
     if !has_gpu() {
         return;

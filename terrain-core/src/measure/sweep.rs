@@ -84,7 +84,7 @@ impl Knob {
             Self::TrianglePx => RendererSettings { triangle_px: positive()?, ..settings },
             Self::Cache => {
                 let [cache_columns, cache_rows] = sides(RendererSettings::MOST_SLOTS_A_SIDE)?;
-                let max_tiles = (cache_columns * cache_rows) as usize;
+                let max_tiles = RendererSettings::most_tiles_of(cache_columns, cache_rows);
                 RendererSettings { cache_columns, cache_rows, max_tiles, ..settings }
             }
             Self::CoordinateSize => {
@@ -186,7 +186,7 @@ mod tests {
         assert_eq!(turned("texel-px=2"), RendererSettings { texel_px: 2.0, ..plain });
         assert_eq!(turned("triangle-px=12.5"), RendererSettings { triangle_px: 12.5, ..plain });
         let cache = turned("cache=8x4");
-        assert_eq!((cache.cache_columns, cache.cache_rows, cache.max_tiles), (8, 4, 32));
+        assert_eq!((cache.cache_columns, cache.cache_rows, cache.max_tiles), (8, 4, 28));
         assert_eq!(turned("coordinate-size=80x45").coordinate_size_px, [80, 45]);
         assert_eq!(turned("readback-latency=3").readback_latency_frames, 3);
         assert_eq!(turned("dataset=plain"), plain);

@@ -8,13 +8,17 @@ use crate::tiling::Extent;
 
 /// What the rounding of a block's bounds to 32 bits may cost, in parts of its outer radius.
 const BOUNDS_SLACK: f64 = 1.0e-6;
+/// The widest wedge that is judged as a whole, radians.
+const PIECE_RAD: f64 = std::f64::consts::TAU / 32.0;
 
 impl CircularMesh {
     /// Indices of the blocks that may be seen, in the order of [`CircularMesh::blocks`].
     ///
-    /// Conservative: a block is left out only if all of its volume (the sector of its ring band
-    /// times the height range) lies outside one of the view's side planes or behind the eye, or all
-    /// of its ground outside `data_extent`.
+    /// Conservative: a block is left out only if it can be cut into narrow sectors each of which has all
+    /// its volume (the sector of the ring band times the height range) outside one of the view's side planes
+    /// or behind the eye, or all its ground outside `data_extent`. A wide sector as a whole may reach inside
+    /// every plane at another of its ends, with nothing of it in view: far bands would then be drawn in vain, and
+    /// the more the farther the data goes.
     ///
     /// * `mesh_scale_m`: metres a unit of the mesh.
     /// * `mesh_centre_offset_m`: the mesh's centre less the eye, horizontally; usually zero.
@@ -33,8 +37,7 @@ impl CircularMesh {
         let data = Extent::new(data_extent.min - eye, data_extent.max - eye);
         let bottom_m = height_min_m.min(height_max_m) - view.eye.z;
         let top_m = height_min_m.max(height_max_m) - view.eye.z;
-        let is_visible = |block: &MeshBlock| {
-            let wedge = Wedge::new(block, mesh_scale_m, mesh_centre_offset_m);
+        let is_visible = |wedge: &Wedge| {
             let meets_data = wedge.reach(DVec2::X) >= data.min.x
                 && wedge.reach(DVec2::NEG_X) >= -data.max.x
                 && wedge.reach(DVec2::Y) >= data.min.y
@@ -45,7 +48,11 @@ impl CircularMesh {
                     wedge.reach(normal.truncate()) + highest >= 0.0
                 })
         };
-        (0u32..).zip(&self.blocks).filter(|(_, block)| is_visible(block)).map(|(i, _)| i).collect()
+        let is_drawn = |block: &MeshBlock| {
+            let whole = Wedge::new(block, mesh_scale_m, mesh_centre_offset_m);
+            is_visible(&whole) && whole.pieces(block).any(|piece| is_visible(&piece))
+        };
+        (0u32..).zip(&self.blocks).filter(|(_, block)| is_drawn(block)).map(|(i, _)| i).collect()
     }
 }
 
@@ -59,7 +66,13 @@ pub(super) fn inward_normals(view: &CameraView) -> [DVec3; 5] {
     [to_side + right, to_side - right, to_top + up, to_top - up, forward]
 }
 
+/// The unit vector at an angle counter-clockwise from east.
+fn direction(angle_rad: f64) -> DVec2 {
+    dvec2(angle_rad.cos(), angle_rad.sin())
+}
+
 /// The ground plan of a block relative to the eye, in metres.
+#[derive(Clone, Copy)]
 struct Wedge {
     centre: DVec2,
     rho_min_m: f64,
@@ -79,8 +92,17 @@ impl Wedge {
             rho_min_m: f64::from(block.rho_min) * mesh_scale_m,
             rho_max_m,
             slack_m: BOUNDS_SLACK * rho_max_m,
-            sides: is_sector.then(|| [from, to].map(|angle| dvec2(angle.cos(), angle.sin()))),
+            sides: is_sector.then(|| [from, to].map(direction)),
         }
+    }
+
+    /// The block's wedge cut into narrow ones.
+    fn pieces(&self, block: &MeshBlock) -> impl Iterator<Item = Self> {
+        let [from, to] = [block.angle_min_rad, block.angle_max_rad].map(f64::from);
+        let count = ((to - from) / PIECE_RAD).ceil();
+        let angle = move |index: u32| direction(from + (to - from) * f64::from(index) / count);
+        let whole = *self;
+        (0..count as u32).map(move |i| Self { sides: Some([angle(i), angle(i + 1)]), ..whole })
     }
 
     /// The support function: the greatest `direction . p` of all points p of the wedge.

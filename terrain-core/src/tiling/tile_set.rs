@@ -30,6 +30,23 @@ impl TileSet {
         Self::default()
     }
 
+    /// Every tile of levels `0..level_count`: what a raster that fills its root has. Takes time and memory
+    /// by the rows, not by the tiles.
+    pub fn full(level_count: u8) -> Self {
+        let mut set = Self::new();
+        for level in 0..level_count {
+            let side = 1_u32 << level;
+            set.rows.extend((0..side).map(|row| ((level, row), vec![(0, side - 1)])));
+            let tiles = u64::from(side) * u64::from(side);
+            set.len += tiles;
+            if level <= BIT_LEVEL_MAX {
+                let last_word = if tiles < 64 { (1 << tiles) - 1 } else { u64::MAX };
+                set.bits.push(vec![last_word; tiles.div_ceil(64) as usize]);
+            }
+        }
+        set
+    }
+
     /// Number of tiles in the set.
     pub fn len(&self) -> u64 {
         self.len
@@ -120,6 +137,22 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    #[test]
+    fn a_full_set_holds_every_tile() {
+        let count = BIT_LEVEL_MAX - 3;
+        let tiles = (0..count).flat_map(|level| {
+            let side = 1_u32 << level;
+            (0..side * side).map(move |i| TileId::new(level, i / side, i % side))
+        });
+        assert_eq!(TileSet::full(count), tiles.collect());
+        assert_eq!(TileSet::full(0), TileSet::new());
+        let deep = TileSet::full(BIT_LEVEL_MAX + 2);
+        assert_eq!(deep.len(), (4_u64.pow(u32::from(BIT_LEVEL_MAX) + 2) - 1) / 3);
+        let last = (1 << (BIT_LEVEL_MAX + 1)) - 1;
+        assert!(deep.contains(TileId::new(BIT_LEVEL_MAX + 1, last, last)));
+        assert!(!deep.contains(TileId::new(BIT_LEVEL_MAX + 2, 0, 0)));
+    }
 
     proptest! {
         #[test]

@@ -145,8 +145,9 @@ impl ClipMesh {
         }
     }
 
-    /// The blocks that may be seen: all but those wholly outside one of the view's side planes, behind
-    /// the eye or beside the data.
+    /// The blocks that may be seen: all but those every part of which is outside one of the view's side
+    /// planes, behind the eye or beside the data. A large block as a whole may reach inside every plane
+    /// at another of its corners with nothing of it in view.
     ///
     /// `height_range_m`: the lowest and highest ground drawn, exaggeration included.
     pub fn visible_blocks(
@@ -160,8 +161,7 @@ impl ClipMesh {
         let data = Extent::new(data_extent.min - eye, data_extent.max - eye);
         let [low_m, high_m] = height_range_m.map(|height_m| height_m - view.eye.z);
         let [low_m, high_m] = [low_m.min(high_m), low_m.max(high_m)];
-        let is_visible = |block: &&ClipBlock| {
-            let ground = self.ground_from_eye_m(block);
+        let is_visible = |ground: &Extent| {
             let meets_data = (ground.min.cmple(data.max) & ground.max.cmpge(data.min)).all();
             meets_data
                 && planes.iter().all(|normal| {
@@ -172,7 +172,11 @@ impl ClipMesh {
                         >= 0.0
                 })
         };
-        self.blocks.iter().filter(is_visible).copied().collect()
+        let is_drawn = |block: &&ClipBlock| {
+            let ground = self.ground_from_eye_m(block);
+            is_visible(&ground) && parts_of(&ground).any(|part| is_visible(&part))
+        };
+        self.blocks.iter().filter(is_drawn).copied().collect()
     }
 
     /// The ground a block covers, from the eye; a cell more on every side, since vertices of a border
@@ -185,6 +189,15 @@ impl ClipMesh {
         let place = |x: f64, y: f64| self.reference_from_eye_m + dvec2(x, -y) * self.unit_m;
         Extent::new(place(corner.x, end.y), place(end.x, corner.y))
     }
+}
+
+/// A rectangle cut into 4 x 4.
+fn parts_of(ground: &Extent) -> impl Iterator<Item = Extent> + use<> {
+    let (corner, size) = (ground.min, 0.25 * (ground.max - ground.min));
+    (0..16).map(move |part| {
+        let min = corner + dvec2(f64::from(part % 4), f64::from(part / 4)) * size;
+        Extent::new(min, min + size)
+    })
 }
 
 /// The spacing of the innermost ring: a power of two of the least one, such that the next coarser would

@@ -1,0 +1,134 @@
+//! What a frame costs does not grow with the data: the same flight over the same ground, once in a
+//! source of 2^13 texels a side and once in one of 2^18 of which the first is a tile.
+//!
+//! What does grow is a tile a level: the list of the selected tiles holds the ancestors that no four
+//! children stand in for, and the larger source has five levels of them more.
+
+#![allow(clippy::unwrap_used, reason = "a step that fails fails the test")]
+#![allow(clippy::print_stdout, reason = "measured values are to be seen")]
+
+use std::collections::BTreeSet;
+
+use glam::dvec2;
+use terrain_core::measure::FrameRecord;
+use terrain_core::selection::{SelectionConfig, Strategy, TileTree, select_by_frustum};
+use terrain_core::tiling::TileId;
+use terrain_core::{CameraView, RendererSettings};
+use terrain_tests::{Bench, NestedSources, Surface};
+
+const SIZE_PX: [u32; 2] = [320, 180];
+/// 2^18 instead of 2^13 texels.
+const EXTRA_LEVELS: u8 = 5;
+fn sources() -> NestedSources {
+    NestedSources { surface: mountains, tile_sizes_texels: [128, 128] }
+}
+
+fn mountains() -> Surface {
+    Surface {
+        height_m: |p| {
+            900.0 * (p.x / 4000.0).sin() * (p.y / 5000.0).cos() + 200.0 * (p.x / 900.0).sin()
+        },
+        colour: |p| {
+            let waves = (p.x / 37.0).sin() * (p.y / 53.0).cos();
+            [(140.0 + 40.0 * waves) as u8, 130, (90.0 - 30.0 * waves) as u8]
+        },
+    }
+}
+
+/// Frames of a straight flight, 60 m a frame, that keeps within a quarter of the smaller source: at its
+/// middle lines its own level 0 comes and goes as a tile of the larger one.
+fn flight(pitch_deg: f64) -> impl Iterator<Item = CameraView> {
+    (0..40).map(move |frame| CameraView {
+        eye: dvec2(-13_000.0, 6_000.0 + 60.0 * f64::from(frame)).extend(2_500.0),
+        heading_deg: 5.0,
+        pitch_deg,
+        fov_y_deg: 50.0,
+        viewport_px: SIZE_PX,
+    })
+}
+
+/// Room for all that the views want.
+fn settings(strategy: Strategy) -> RendererSettings {
+    RendererSettings {
+        strategy,
+        cache_columns: 12,
+        cache_rows: 12,
+        max_tiles: 144,
+        ..Default::default()
+    }
+}
+
+/// The selected tiles as the smallest source has them, and how many coarser ones there are.
+fn selected(bench: &Bench, extra_levels: u8) -> (BTreeSet<TileId>, usize) {
+    let tiles = &bench.renderer.selection().tiles;
+    let same: BTreeSet<_> =
+        tiles.iter().filter_map(|tile| NestedSources::in_smallest(*tile, extra_levels)).collect();
+    let coarser = tiles.len() - same.len();
+    (same, coarser)
+}
+
+/// Everything but the tables that a frame counts, and that has to be the same.
+fn counted(record: &FrameRecord) -> [(&'static str, u64); 7] {
+    [
+        ("bytes of heights", record.upload_dem_bytes),
+        ("bytes of colours", record.upload_dom_bytes),
+        ("bytes of meshes", record.upload_mesh_bytes),
+        ("bytes read back", record.readback_bytes),
+        ("new tiles", record.tiles_new),
+        ("blocks", record.blocks_drawn),
+        ("triangles", record.triangles_drawn),
+    ]
+}
+
+#[test]
+fn over_the_same_ground_a_frame_costs_the_same_but_for_an_ancestor_a_level() {
+    let sources = sources();
+    let [smaller, larger] = [0, EXTRA_LEVELS].map(|extra| sources.source(extra));
+    for strategy in [Strategy::RttQuadtree, Strategy::CpuFrustum] {
+        let bench = |source: &std::sync::Arc<_>| {
+            Bench::new(std::sync::Arc::clone(source) as _, settings(strategy), SIZE_PX).unwrap()
+        };
+        let (Some(mut small), Some(mut large)) = (bench(&smaller), bench(&larger)) else { return };
+        let (mut bytes, mut tiles) = ([0; 2], [0; 2]);
+        for (frame, view) in flight(-55.0).enumerate() {
+            let records = [small.settle(&view).unwrap(), large.settle(&view).unwrap()];
+            let (same, own_coarser) = selected(&small, 0);
+            let (also, coarser) = selected(&large, EXTRA_LEVELS);
+            assert_eq!(same, also, "{strategy}, frame {frame}: other tiles");
+            assert!(coarser <= own_coarser + usize::from(EXTRA_LEVELS), "{strategy}: {coarser}");
+            if frame == 0 {
+                continue; // The ancestors come once.
+            }
+            assert_eq!(counted(&records[0]), counted(&records[1]), "{strategy}, frame {frame}");
+            for (index, record) in records.iter().enumerate() {
+                bytes[index] += record.upload_bytes + record.readback_bytes;
+                tiles[index] += record.tiles_selected;
+            }
+        }
+        let growth = |[small, large]: [u64; 2]| 100.0 * (large as f64 / small as f64 - 1.0);
+        println!(
+            "{strategy}: {:.1} % more bytes, {:.1} % more tiles on the list",
+            growth(bytes),
+            growth(tiles)
+        );
+        assert!(growth(bytes) < 5.0, "{strategy}: {bytes:?}");
+    }
+}
+
+#[test]
+fn towards_the_horizon_a_list_without_limit_grows_by_the_levels_and_not_by_the_size() {
+    let sources = sources();
+    let config = SelectionConfig { max_tiles: 4_096, ..Default::default() };
+    let counts: Vec<usize> = (0..=EXTRA_LEVELS)
+        .map(|extra_levels| {
+            let tree = TileTree::of_source(&*sources.source(extra_levels));
+            let lists = flight(-10.0).map(|view| select_by_frustum(&tree, &view, &config));
+            lists.map(|list| list.tiles.len()).max().unwrap_or(0)
+        })
+        .collect();
+    println!("tiles at 2^13 to 2^18 texels a side: {counts:?}");
+    // A ring of tiles a level: each ring is twice as far out, and its tiles twice as large.
+    for pair in counts.windows(2) {
+        assert!(pair[1] <= pair[0] + 32, "{counts:?}");
+    }
+}
