@@ -19,15 +19,16 @@ use terrain_core::tiling::TileId;
 use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
 use terrain_tests::{AnalyticSource, Picture, RasterFixture, Surface, gpu};
 
-const ROOT_M: f64 = 65_536.0;
-const SIZE_PX: [u32; 2] = [96, 54];
+/// One strategy of each way to bring ground to the GPU and to draw it.
+const STRATEGIES: [Strategy; 3] =
+    [Strategy::RttQuadtree, Strategy::RttQuadtreeGpu, Strategy::Clipmap];
 
-/// A strategy for each way to bring ground to the GPU and to draw it.
-const METHODS: [Strategy; 2] = [Strategy::RttQuadtree, Strategy::Clipmap];
-
-fn drawn_by(strategy: Strategy) -> RendererSettings {
+fn settings_of(strategy: Strategy) -> RendererSettings {
     RendererSettings { strategy, ..Default::default() }
 }
+
+const ROOT_M: f64 = 65_536.0;
+const SIZE_PX: [u32; 2] = [96, 54];
 
 fn hills() -> Surface {
     Surface {
@@ -138,12 +139,12 @@ fn cameras_at_the_limits() {
         ("a denormal away from the origin", at(5.0e-324, -5.0e-324, 1.0e3)),
         ("many turns", CameraView { heading_deg: 3.6e6 + 20.0, ..view() }),
     ];
-    for strategy in METHODS {
-        let mut bench = Bench::new(&gpu, source_of(hills()), drawn_by(strategy));
+    for strategy in STRATEGIES {
+        let mut bench = Bench::new(&gpu, source_of(hills()), settings_of(strategy));
         for (what, view) in &cases {
             let drawn = bench.check(what, view);
             let error_px = drawn.place_error_px();
-            assert!(error_px < PLACE_CONTRACT_PX, "{what}, {strategy}: {error_px} px");
+            assert!(error_px < PLACE_CONTRACT_PX, "{strategy}, {what}: {error_px} px");
         }
     }
 }
@@ -180,12 +181,13 @@ fn exaggeration_up_to_a_thousandfold_and_what_is_none() {
     // What is no factor, or beyond the range from 0.01 to 1000, is brought into it.
     let Some(gpu) = gpu() else { return };
     let factors = [0.0, 1.0e-3, 1.0, 1000.0, f64::INFINITY, f64::NAN, -3.0];
+    let strategies = [Strategy::RttQuadtree, Strategy::Clipmap].into_iter();
     for (strategy, vertical_exaggeration) in
-        METHODS.into_iter().flat_map(|strategy| factors.map(|factor| (strategy, factor)))
+        strategies.flat_map(|strategy| factors.map(|factor| (strategy, factor)))
     {
-        let settings = RendererSettings { vertical_exaggeration, ..drawn_by(strategy) };
+        let settings = RendererSettings { vertical_exaggeration, ..settings_of(strategy) };
         let mut bench = Bench::new(&gpu, source_of(hills()), settings);
-        let what = format!("exaggeration {vertical_exaggeration}, {strategy}");
+        let what = format!("{strategy}, exaggeration {vertical_exaggeration}");
         for (eye_m, pitch_deg) in [(2_500.0, -18.0), (900_000.0, -90.0)] {
             let eye = view().eye.truncate().extend(eye_m);
             let drawn = bench.check(&what, &CameraView { eye, pitch_deg, ..view() });
@@ -213,10 +215,10 @@ fn heights_at_the_limits_of_their_types() {
         ("the usual mark of a void", |p| half(p, -3.402_823_466e38, 10.0)),
     ];
     for (what, height_m) in surfaces {
-        for strategy in METHODS {
+        for strategy in [Strategy::RttQuadtree, Strategy::Clipmap] {
             let surface = Surface { height_m, colour: |_| [120, 130, 90] };
-            let mut bench = Bench::new(&gpu, source_of(surface), drawn_by(strategy));
-            let what = format!("{what}, {strategy}");
+            let mut bench = Bench::new(&gpu, source_of(surface), settings_of(strategy));
+            let what = format!("{strategy}, {what}");
             for (x, heading_deg, pitch_deg) in
                 [(4_000.0, -60.0, -18.0), (-4_000.0, 60.0, -18.0), (500.0, 0.0, -90.0)]
             {
@@ -249,20 +251,17 @@ fn a_dem_full_of_numbers_that_are_no_heights() {
     assert!(range.min_m.abs() < 1.0 && (range.max_m - 699.0).abs() < 1.0, "{range:?}");
     assert!(dataset.manifest().heights.has_voids);
     let eye = dvec2(503_000.0, 6_797_600.0).extend(2_000.0);
-    let dataset = Arc::new(dataset);
-    for strategy in METHODS {
-        let mut bench = Bench::new(&gpu, Arc::clone(&dataset) as _, drawn_by(strategy));
-        for pitch_deg in [-5.0, -90.0] {
-            bench.check("from a file", &CameraView { eye, pitch_deg, ..view() });
-        }
+    let mut bench = Bench::new(&gpu, Arc::new(dataset), RendererSettings::default());
+    for pitch_deg in [-5.0, -90.0] {
+        bench.check("from a file", &CameraView { eye, pitch_deg, ..view() });
     }
 }
 
 #[test]
 fn jumps_across_the_earth_leave_nothing_behind() {
     let Some(gpu) = gpu() else { return };
-    for strategy in METHODS {
-        let mut bench = Bench::new(&gpu, source_of(hills()), drawn_by(strategy));
+    for strategy in STRATEGIES {
+        let mut bench = Bench::new(&gpu, source_of(hills()), settings_of(strategy));
         let home = bench.check("home", &view()).points;
         for shift in [dvec2(1.0e7, 0.0), dvec2(-1.0e7, 1.0e7), dvec2(0.0, -4.0e7)] {
             let away = CameraView { eye: view().eye + shift.extend(0.0), ..view() };
@@ -347,9 +346,10 @@ fn any_camera_at_all() {
     for case in 0..200 {
         if case % 25 == 0 {
             let settings = RendererSettings {
+                strategy: STRATEGIES[case / 25 % STRATEGIES.len()],
                 vertical_exaggeration: 10.0_f64.powf(random.between(-2.0, 3.0)),
                 triangle_px: random.between(1.0, 64.0),
-                ..drawn_by(METHODS[case / 25 % METHODS.len()])
+                ..Default::default()
             };
             bench.renderer.set_settings(settings).unwrap();
         }

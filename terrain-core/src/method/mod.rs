@@ -5,6 +5,10 @@
 //! share a method, so that a comparison of them compares nothing else.
 
 mod clipmap;
+mod drawn_tiles;
+mod gpu_tile_scheduling;
+mod region_state;
+mod tile_cache_size;
 mod tile_scheduling;
 
 use std::sync::Arc;
@@ -13,6 +17,7 @@ use std::time::Duration;
 use glam::DVec2;
 
 use self::clipmap::Clipmap;
+use self::gpu_tile_scheduling::GpuTileScheduling;
 use self::tile_scheduling::TileScheduling;
 use crate::CameraView;
 use crate::dataset::TileSource;
@@ -153,6 +158,7 @@ pub(crate) struct MethodKey {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum MethodKind {
     TileScheduling,
+    GpuTileScheduling,
     Clipmap,
 }
 
@@ -160,10 +166,12 @@ impl MethodKey {
     pub fn of(settings: &RendererSettings) -> Self {
         let kind = match settings.strategy {
             Strategy::RttQuadtree | Strategy::CpuFrustum => MethodKind::TileScheduling,
+            Strategy::RttQuadtreeGpu => MethodKind::GpuTileScheduling,
             Strategy::Clipmap => MethodKind::Clipmap,
         };
         let made_for = match kind {
             MethodKind::TileScheduling => TileScheduling::made_for(settings),
+            MethodKind::GpuTileScheduling => GpuTileScheduling::made_for(settings),
             // Whatever changes, it keeps what it has.
             MethodKind::Clipmap => RendererSettings::default(),
         };
@@ -183,6 +191,7 @@ pub(crate) fn open_method(
 ) -> Result<Box<dyn TerrainMethod>, RenderError> {
     match MethodKey::of(cx.settings).kind {
         MethodKind::TileScheduling => Ok(Box::new(TileScheduling::open(cx, source, tree)?)),
+        MethodKind::GpuTileScheduling => Ok(Box::new(GpuTileScheduling::open(cx, source, tree)?)),
         MethodKind::Clipmap => Ok(Box::new(Clipmap::open(cx, source, tree)?)),
     }
 }

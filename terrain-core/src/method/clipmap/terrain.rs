@@ -7,12 +7,11 @@ use std::time::Duration;
 use glam::{DVec2, DVec3};
 
 use crate::dataset::{ColourFormat, ColourTile, HeightEncoding, HeightTile, TileSource};
-use crate::layer_loading::{LOADING_THREADS, load_colours};
+use crate::layer_loading::{LOADING_THREADS, OpenTerrainError, load_colours};
 use crate::measure::{ByteCause, FrameLedger};
 use crate::residency::clipmap::{
     ClipLayer, ClipSizes, ClipStrip, TexelRect, TileKeeping, clip_sizes, is_level_wanted,
 };
-use crate::resident_terrain::OpenTerrainError;
 use crate::selection::TileTree;
 use crate::tiling::TileId;
 
