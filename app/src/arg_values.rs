@@ -14,6 +14,14 @@ pub fn number_within(
     }
 }
 
+/// A parser of finite numbers above 0.
+pub fn positive() -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
+    |text| {
+        let number = text.trim().parse().ok().filter(|n: &f64| n.is_finite() && *n > 0.0);
+        number.ok_or_else(|| "give a number above 0".to_owned())
+    }
+}
+
 /// The parser of a factor on all heights: the range that is drawn.
 pub fn exaggeration() -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
     number_within(0.01, 1000.0)

@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use terrain_core::selection::Strategy;
+use terrain_core::selection::{Strategy, Visibility};
 use terrain_core::{AntiAliasing, RendererSettings};
 
 use crate::arg_values::{exaggeration, number_within};
@@ -13,9 +13,15 @@ use crate::arg_values::{exaggeration, number_within};
 #[derive(Clone, Copy, Debug, Args)]
 pub struct DrawingArgs {
     /// How tiles are selected: rtt-quadtree by the region the GPU sees, subdivided, regularised and
-    /// merged; cpu-frustum by the view frustum and screen-space error
+    /// merged; rtt-quadtree-gpu the same on the GPU, with the caches' slots and tables;
+    /// cpu-frustum by the view frustum and screen-space error
     #[arg(long, value_name = "STRATEGY", default_value_t, value_parser = strategies())]
     strategy: Strategy,
+
+    /// What counts as visible for rtt-quadtree and rtt-quadtree-gpu: box, all of the box round what the
+    /// GPU saw; exact, only the tiles its pixels lie on
+    #[arg(long, value_name = "VISIBILITY", default_value_t, value_parser = visibilities())]
+    visibility: Visibility,
 
     /// Factor on all heights, from 0.01 to 1000
     #[arg(
@@ -86,6 +92,7 @@ impl DrawingArgs {
         let most_tiles = RendererSettings::most_tiles_of(cache_columns, cache_rows);
         RendererSettings {
             strategy: self.strategy,
+            visibility: self.visibility,
             cache_columns,
             cache_rows,
             max_tiles: self.max_tiles.unwrap_or(most_tiles),
@@ -110,6 +117,12 @@ impl DrawingArgs {
 pub fn strategies() -> impl TypedValueParser<Value = Strategy> {
     PossibleValuesParser::new(Strategy::ALL.map(Strategy::name))
         .try_map(|name| name.parse::<Strategy>())
+}
+
+/// A visibility by its name.
+fn visibilities() -> impl TypedValueParser<Value = Visibility> {
+    PossibleValuesParser::new(Visibility::ALL.map(Visibility::name))
+        .try_map(|name| name.parse::<Visibility>())
 }
 
 /// Slots of a cache: what a texture and the numbers of a table's entries have room for.

@@ -1,5 +1,6 @@
 //! What a flight cost, all frames together.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use serde::Serialize;
@@ -16,20 +17,9 @@ pub struct FlightSummary {
     pub frame_ms_sum: f64,
     /// The longest frame, milliseconds.
     pub frame_ms_most: f64,
-    /// Bytes of height tiles to the GPU.
-    pub upload_dem_bytes: u64,
-    /// Bytes of colour tiles to the GPU.
-    pub upload_dom_bytes: u64,
-    /// Bytes of offset tables to the GPU.
-    pub upload_table_bytes: u64,
-    /// Bytes of meshes to the GPU.
-    pub upload_mesh_bytes: u64,
-    /// Bytes of uniforms and other parameters to the GPU.
-    pub upload_uniform_bytes: u64,
-    /// Bytes read back from the GPU.
-    pub readback_bytes: u64,
-    /// Bytes read from disk, as stored.
-    pub disk_bytes: u64,
+    /// Bytes by cause, as the columns of `frames.csv` are called.
+    #[serde(flatten)]
+    pub bytes: BTreeMap<&'static str, u64>,
 }
 
 impl FlightSummary {
@@ -39,13 +29,9 @@ impl FlightSummary {
         self.frames_with_missing_tiles += u64::from(record.tiles_missing > 0);
         self.frame_ms_sum += record.frame_ms;
         self.frame_ms_most = self.frame_ms_most.max(record.frame_ms);
-        self.upload_dem_bytes += record.upload_dem_bytes;
-        self.upload_dom_bytes += record.upload_dom_bytes;
-        self.upload_table_bytes += record.upload_table_bytes;
-        self.upload_mesh_bytes += record.upload_mesh_bytes;
-        self.upload_uniform_bytes += record.upload_uniform_bytes;
-        self.readback_bytes += record.readback_bytes;
-        self.disk_bytes += record.disk_bytes;
+        for (cause, bytes) in record.byte_columns() {
+            *self.bytes.entry(cause).or_default() += bytes;
+        }
     }
 
     /// The summary as lines for people.
@@ -54,22 +40,14 @@ impl FlightSummary {
     /// Never in practice: a string takes all that is written to it.
     pub fn page(&self) -> Result<String, std::fmt::Error> {
         let frames = self.frames.max(1) as f64;
-        let kib_a_frame = |bytes: u64| bytes as f64 / 1024.0 / frames;
         let mut page = String::new();
         let missing = self.frames_with_missing_tiles;
-        writeln!(page, "frames    {}, {missing} of them with tiles missing", self.frames)?;
+        writeln!(page, "frames          {}, {missing} of them with tiles missing", self.frames)?;
         let (mean, most) = (self.frame_ms_sum / frames, self.frame_ms_most);
-        writeln!(page, "time      {mean:.1} ms a frame, {most:.1} ms the longest")?;
-        for (name, bytes) in [
-            ("DEM", self.upload_dem_bytes),
-            ("DOM", self.upload_dom_bytes),
-            ("tables", self.upload_table_bytes),
-            ("mesh", self.upload_mesh_bytes),
-            ("uniforms", self.upload_uniform_bytes),
-            ("readback", self.readback_bytes),
-            ("disk", self.disk_bytes),
-        ] {
-            writeln!(page, "{name:<10}{:.2} KiB a frame", kib_a_frame(bytes))?;
+        writeln!(page, "time            {mean:.1} ms a frame, {most:.1} ms the longest")?;
+        for (cause, &bytes) in &self.bytes {
+            let cause = cause.trim_end_matches("_bytes").replace('_', " ");
+            writeln!(page, "{cause:<16}{:.2} KiB a frame", bytes as f64 / 1024.0 / frames)?;
         }
         Ok(page)
     }
@@ -86,8 +64,8 @@ mod tests {
         summary.add(&frame);
         summary.add(&FrameRecord { tiles_missing: 2, frame_ms: 10.0, ..Default::default() });
         let page = summary.page().unwrap();
-        assert!(page.contains("frames    2, 1 of them"), "{page}");
+        assert!(page.contains("frames          2, 1 of them"), "{page}");
         assert!(page.contains("20.0 ms a frame, 30.0 ms the longest"), "{page}");
-        assert!(page.contains("DEM       2.00 KiB a frame"), "{page}");
+        assert!(page.contains("upload dem      2.00 KiB a frame"), "{page}");
     }
 }

@@ -2,18 +2,35 @@
 
 use std::path::Path;
 
-use anyhow::ensure;
+use anyhow::{bail, ensure};
 use terrain_core::dataset::{Manifest, TileSource};
-use terrain_core::measure::Flight;
+use terrain_core::measure::{Flight, FlightGround, PlannedFlight};
 
 use crate::ground::Ground;
-
-/// Level whose heights are fine enough to plan a flight by.
-const PLANNING_LEVEL: u8 = 4;
 
 /// The dataset's CRS as flight files name it.
 pub fn crs_code(manifest: &Manifest) -> String {
     manifest.crs.epsg.map_or_else(|| manifest.crs.name.clone(), |code| format!("EPSG:{code}"))
+}
+
+/// The flight of this name over the dataset: a file, or where there is no such file one that is made
+/// for the dataset, over heights as they are drawn.
+///
+/// # Errors
+/// Where there is neither, the file is no flight or in another CRS than the dataset's, or the dataset
+/// covers no area.
+pub fn find(name: &Path, source: &dyn TileSource, exaggeration: f64) -> anyhow::Result<Flight> {
+    if name.is_file() {
+        return read(name, source.manifest());
+    }
+    match name.to_string_lossy().parse() {
+        Ok(planned) => plan(planned, source, exaggeration),
+        Err(_) => bail!(
+            "{}: no such file, and no flight of this name (there are {})",
+            name.display(),
+            PlannedFlight::names(),
+        ),
+    }
 }
 
 /// Reads a flight over the dataset.
@@ -32,13 +49,26 @@ pub fn read(path: &Path, manifest: &Manifest) -> anyhow::Result<Flight> {
     Ok(flight)
 }
 
-/// A tour of the whole dataset, over heights as they are drawn.
+/// A flight made for the dataset, over heights as they are drawn.
 ///
 /// # Errors
 /// Where the dataset covers no area.
-pub fn tour(source: &dyn TileSource, exaggeration: f64) -> anyhow::Result<Flight> {
+pub fn plan(
+    planned: PlannedFlight,
+    source: &dyn TileSource,
+    exaggeration: f64,
+) -> anyhow::Result<Flight> {
     let manifest = source.manifest();
-    let ground = Ground::to_level(source, PLANNING_LEVEL);
-    let height_m = |point| ground.height_m(point).unwrap_or(f64::NAN) * exaggeration;
-    Ok(Flight::tour(crs_code(manifest), &manifest.data_extent, &height_m)?)
+    let ground = Ground::new(source);
+    let height_m = |point, spacing_m| {
+        ground.height_about_m(point, spacing_m).map(|height_m| height_m * exaggeration)
+    };
+    let layout = &manifest.heights.layout;
+    let ground = FlightGround {
+        crs: crs_code(manifest),
+        extent: manifest.data_extent,
+        sample_m: layout.texel_size_m(&manifest.scheme, layout.finest_level()),
+        height_m: &height_m,
+    };
+    Ok(planned.over(&ground)?)
 }

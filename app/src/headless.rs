@@ -29,7 +29,19 @@ impl Headless {
         settings: RendererSettings,
         size_px: [u32; 2],
     ) -> anyhow::Result<Self> {
-        let gpu = Arc::new(GpuContext::headless(adapter)?);
+        Self::on(Arc::new(GpuContext::headless(adapter)?), source, settings, size_px)
+    }
+
+    /// The same on a GPU that is open already.
+    ///
+    /// # Errors
+    /// Where there is nothing to draw.
+    pub fn on(
+        gpu: Arc<GpuContext>,
+        source: Arc<dyn TileSource>,
+        settings: RendererSettings,
+        size_px: [u32; 2],
+    ) -> anyhow::Result<Self> {
         let renderer = TerrainRenderer::new(Arc::clone(&gpu), source, settings)?;
         let target = OffscreenTarget::new(&gpu, size_px);
         Ok(Self { gpu, renderer, target })
@@ -52,9 +64,26 @@ impl Headless {
         record.frame_ms = started.elapsed().as_secs_f64() * 1.0e3;
         // The renderer could tell only of an earlier picture.
         record.gpu_ms = self.renderer.latest_gpu_ms();
+        self.tell_failures();
+        Ok(record)
+    }
+
+    fn tell_failures(&mut self) {
         for failure in self.renderer.take_failures() {
             output::say(&format!("terrain: {failure}"));
         }
+    }
+
+    /// Does all that a settled frame does but its picture. The record tells the whole time.
+    ///
+    /// # Errors
+    /// Where the device fails.
+    pub fn settle(&mut self, view: &CameraView) -> anyhow::Result<FrameRecord> {
+        let started = Instant::now();
+        let mut record = self.renderer.settle(view)?;
+        record.frame_ms = started.elapsed().as_secs_f64() * 1.0e3;
+        record.gpu_ms = None;
+        self.tell_failures();
         Ok(record)
     }
 
@@ -98,9 +127,12 @@ impl Headless {
         self.renderer.settings()
     }
 
-    /// What the graphics adapter calls itself.
-    pub fn adapter_name(&self) -> String {
-        self.gpu.adapter_name()
+    /// Changes the settings from the next frame on.
+    ///
+    /// # Errors
+    /// Where caches of another size cannot be made.
+    pub fn set_settings(&mut self, settings: RendererSettings) -> anyhow::Result<()> {
+        Ok(self.renderer.set_settings(settings)?)
     }
 
     /// The point of the ground at every pixel, in the dataset's CRS and in true heights, row by row

@@ -9,8 +9,9 @@ use terrain_core::CameraView;
 use terrain_core::dataset::{HeightRange, HeightRanges};
 use terrain_core::residency::{OffsetTable, TileCache};
 use terrain_core::selection::{
-    CoordinateImage, LayerTree, Selection, SelectionConfig, Strategy, TileTree, VisibleRegion,
-    merge_farthest, regularize, select, select_by_frustum, subdivide, visible_region,
+    CoordinateImage, LayerTree, SeenGround, Selection, SelectionConfig, Strategy, TileTree,
+    VisibleRegion, merge_farthest, regularize, select, select_by_frustum, subdivide,
+    visible_region,
 };
 use terrain_core::surface::{CircularMesh, CircularMeshSettings};
 use terrain_core::tiling::{Extent, LayerLayout, TileId, TileSet, TilingScheme};
@@ -56,7 +57,7 @@ fn view_and_region(tree: &TileTree) -> (CameraView, VisibleRegion) {
         viewport_px: [1280, 720],
     };
     let extent = Extent::new(eye - dvec2(200_000.0, 500.0), eye + dvec2(200_000.0, 400_000.0));
-    (view, VisibleRegion { extent, covered_pixels: 100_000 })
+    (view, VisibleRegion::of_extent(&extent))
 }
 
 /// The threshold at which the paper's selection comes nearest below `tiles` without any merging.
@@ -70,7 +71,9 @@ fn config_of(strategy: Strategy, tree: &TileTree, tiles: usize) -> SelectionConf
     let config =
         |texel_px| SelectionConfig { max_tiles: usize::MAX, texel_px, ..Default::default() };
     let strategy = strategy.implementation();
-    let selection = |texel_px| strategy.select(tree, Some(&region), &view, &config(texel_px));
+    let selection = |texel_px| {
+        strategy.select(tree, Some(SeenGround::of_box(&region)), &view, &config(texel_px))
+    };
     let count = |texel_px| selection(texel_px).tiles.len();
     let (mut coarse, mut fine) = (1_000.0_f64, 0.01_f64);
     for _ in 0..40 {
@@ -91,23 +94,29 @@ fn selection(criterion: &mut Criterion) {
     for tiles in SIZES {
         let fitting = config_for(&tree, tiles);
         group.bench_function(BenchmarkId::new("fitting", tiles), |bencher| {
-            bencher.iter(|| select(&tree, Some(&region), &view, black_box(&fitting)));
+            bencher.iter(|| {
+                select(&tree, Some(SeenGround::of_box(&region)), &view, black_box(&fitting))
+            });
         });
         // A finer threshold: four times as many tiles are listed as may stay.
         let merging = SelectionConfig { max_tiles: tiles, ..config_for(&tree, 4 * tiles) };
         group.bench_function(BenchmarkId::new("merging four to one", tiles), |bencher| {
-            bencher.iter(|| select(&tree, Some(&region), &view, black_box(&merging)));
+            bencher.iter(|| {
+                select(&tree, Some(SeenGround::of_box(&region)), &view, black_box(&merging))
+            });
         });
     }
     group.finish();
 
     let mut group = criterion.benchmark_group("stages at 256 tiles of 1024");
     let config = SelectionConfig { max_tiles: 256, ..config_for(&tree, 1_024) };
-    let listed = subdivide(&tree, Some(&region), &view, &config);
+    let listed = subdivide(&tree, Some(SeenGround::of_box(&region)), &view, &config);
     let mut regular = listed.clone();
     regularize(&mut regular);
     group.bench_function("subdivide", |bencher| {
-        bencher.iter(|| subdivide(&tree, Some(&region), &view, black_box(&config)));
+        bencher.iter(|| {
+            subdivide(&tree, Some(SeenGround::of_box(&region)), &view, black_box(&config))
+        });
     });
     group.bench_function("regularize", |bencher| {
         bencher.iter_batched_ref(|| listed.clone(), regularize, criterion::BatchSize::SmallInput);
@@ -143,7 +152,7 @@ fn residency(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("residency");
     for (tiles, side) in [(36, 6), (256, 16), (2_000, 48)] {
         let config = config_for(&tree, tiles);
-        let selection: Selection = select(&tree, Some(&region), &view, &config);
+        let selection: Selection = select(&tree, Some(SeenGround::of_box(&region)), &view, &config);
         let mut cache = TileCache::new(side, side);
         cache.plan(&selection.tiles, &|_| Some(1), u64::MAX, 0);
         let mut frame = 0;
@@ -160,7 +169,7 @@ fn residency(criterion: &mut Criterion) {
             bencher.iter(|| black_box(&selection).colour_tiles(&tree));
         });
         let table = OffsetTable::build(cache.residents());
-        let position = tree.scheme.fixed_from_world(region.extent.max - 1.0);
+        let position = tree.scheme.fixed_from_world(region.extent().max - 1.0);
         group.bench_function(BenchmarkId::new("find, linear", tiles), |bencher| {
             bencher.iter(|| table.find_linear(black_box(position)));
         });
@@ -190,7 +199,14 @@ fn region_and_mesh(criterion: &mut Criterion) {
     let mesh = CircularMesh::build(&settings);
     criterion.bench_function("visible blocks", |bencher| {
         bencher.iter(|| {
-            mesh.visible_blocks(&view, 500.0, DVec2::ZERO, 0.0, 2_469.0, black_box(&region.extent))
+            mesh.visible_blocks(
+                &view,
+                500.0,
+                DVec2::ZERO,
+                0.0,
+                2_469.0,
+                black_box(&region.extent()),
+            )
         });
     });
 }

@@ -3,43 +3,46 @@
 use std::sync::Arc;
 
 use crate::dataset::{ColourFormat, ColourTile, HeightTile, LoadError, Loaded, TileSource};
-use crate::residency::LayerStream;
+use crate::measure::{ByteCause, FrameLedger};
+use crate::residency::TileIntake;
 use crate::tiling::TileId;
 
-/// The streams of both layers.
-pub(crate) struct LayerStreams {
-    pub heights: LayerStream<HeightTile>,
+/// The intakes of both layers.
+pub(crate) struct LayerIntakes {
+    pub heights: TileIntake<HeightTile>,
     /// Where the source has imagery.
-    pub colours: Option<LayerStream<ColourTile>>,
+    pub colours: Option<TileIntake<ColourTile>>,
 }
 
 /// Worker threads a layer: reading and decoding overlap, and the frame's own thread stays free.
 const THREADS: usize = 2;
 
-/// Streams of the source's layers into caches of `slots` (columns, rows), colours arriving in
-/// `format`.
-pub(crate) fn open_streams(
+/// Intakes of the source's layers, colours arriving in `format`. Level 0 of each is loaded before this
+/// returns, and waits for its upload.
+///
+/// # Errors
+/// Where level 0 cannot be loaded or the system gives no threads.
+pub(crate) fn open_intakes(
     source: &Arc<dyn TileSource>,
     format: ColourFormat,
-    slots: (u32, u32),
-) -> std::io::Result<LayerStreams> {
+    ledger: &mut FrameLedger,
+) -> Result<LayerIntakes, OpenTerrainError> {
     let of_heights = Arc::clone(source);
+    let load = Arc::new(move |tile| of_heights.load_heights(tile));
+    let mut heights = TileIntake::new(THREADS, load, |tile: &HeightTile| tile.samples.byte_len())?;
+    let loaded = source.load_heights(TileId::ROOT)?;
+    ledger.add(ByteCause::Disk, loaded.disk_bytes);
+    heights.supply(TileId::ROOT, loaded.tile);
+    if source.manifest().colours.is_none() || source.colours_present().is_empty() {
+        return Ok(LayerIntakes { heights, colours: None });
+    }
     let of_colours = Arc::clone(source);
-    let has_colours = source.manifest().colours.is_some() && !source.colours_present().is_empty();
-    Ok(LayerStreams {
-        heights: LayerStream::new(
-            slots,
-            THREADS,
-            Arc::new(move |tile| of_heights.load_heights(tile)),
-            |tile| tile.samples.byte_len(),
-        )?,
-        colours: has_colours
-            .then(|| {
-                let load = move |tile| load_colours(&*of_colours, format, tile);
-                LayerStream::new(slots, THREADS, Arc::new(load), |tile| tile.data.len() as u64)
-            })
-            .transpose()?,
-    })
+    let load = Arc::new(move |tile| load_colours(&*of_colours, format, tile));
+    let mut colours = TileIntake::new(THREADS, load, |tile: &ColourTile| tile.data.len() as u64)?;
+    let loaded = load_colours(&**source, format, TileId::ROOT)?;
+    ledger.add(ByteCause::Disk, loaded.disk_bytes);
+    colours.supply(TileId::ROOT, loaded.tile);
+    Ok(LayerIntakes { heights, colours: Some(colours) })
 }
 
 /// The format colours are to have on the GPU: the source's, or plain RGBA where the device does not
@@ -52,7 +55,7 @@ pub(crate) fn colour_format(source: &dyn TileSource, has_block_compression: bool
 }
 
 /// Loads a colour tile and brings it into the format.
-pub(crate) fn load_colours(
+fn load_colours(
     source: &dyn TileSource,
     format: ColourFormat,
     tile: TileId,
@@ -62,4 +65,13 @@ pub(crate) fn load_colours(
         return Ok(loaded);
     }
     Ok(Loaded { tile: loaded.tile.into_rgba8(), disk_bytes: loaded.disk_bytes })
+}
+
+/// Why a terrain could not be opened.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum OpenTerrainError {
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    #[error(transparent)]
+    Threads(#[from] std::io::Error),
 }

@@ -24,7 +24,7 @@
 //! use terrain_core::dataset::Dataset;
 //! use terrain_core::prepare::{NoProgress, PrepareRequest, prepare};
 //! use terrain_core::residency::{OffsetTable, TileCache};
-//! use terrain_core::selection::{SelectionConfig, TileTree, VisibleRegion, select};
+//! use terrain_core::selection::{SeenGround, SelectionConfig, TileTree, VisibleRegion, select};
 //! use terrain_core::{CameraView, tiling::TileId};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -45,8 +45,9 @@
 //!     viewport_px: [1280, 720],
 //! };
 //! // A frame reads the region back from the GPU; here it is all there is.
-//! let region = VisibleRegion { extent: tree.data_extent, covered_pixels: 1 };
-//! let selection = select(&tree, Some(&region), &view, &SelectionConfig::default());
+//! let region = VisibleRegion::of_extent(&tree.data_extent);
+//! let seen = SeenGround::of_box(&region);
+//! let selection = select(&tree, Some(seen), &view, &SelectionConfig::default());
 //! assert_eq!(selection.tiles[0], TileId::ROOT);
 //!
 //! let mut cache = TileCache::new(6, 6);
@@ -62,6 +63,7 @@ pub mod dataset;
 mod frame_setup;
 pub mod geodesy;
 pub mod gpu;
+mod ground_heights;
 mod layer_loading;
 pub mod measure;
 mod method;
@@ -72,6 +74,7 @@ pub mod renderer_settings;
 pub mod residency;
 mod resident_terrain;
 pub mod selection;
+mod slot_terrain;
 mod srgb;
 pub mod surface;
 pub mod synth;

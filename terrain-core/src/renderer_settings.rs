@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::selection::Strategy;
+use crate::selection::{Strategy, Visibility};
 
 /// What the picture shows instead of, or on top of, the terrain as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -67,6 +67,8 @@ pub enum LookupMethod {
 pub struct RendererSettings {
     /// How tiles are chosen. What is cached stays when it changes.
     pub strategy: Strategy,
+    /// What counts as visible, for strategies that go by what the GPU saw.
+    pub visibility: Visibility,
     /// Slots of the caches from west to east: the paper's m.
     pub cache_columns: u32,
     /// Slots of the caches from north to south: the paper's n.
@@ -107,6 +109,7 @@ impl Default for RendererSettings {
     fn default() -> Self {
         Self {
             strategy: Strategy::RttQuadtree,
+            visibility: Visibility::Box,
             cache_columns: 6,
             cache_rows: 6,
             max_tiles: Self::most_tiles_of(6, 6),

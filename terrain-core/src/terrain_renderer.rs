@@ -15,6 +15,7 @@ use std::time::Instant;
 use glam::DVec2;
 
 pub use self::error::RenderError;
+use self::frame_record::StageClock;
 use crate::CameraView;
 use crate::dataset::TileSource;
 use crate::gpu::{
@@ -204,23 +205,30 @@ impl TerrainRenderer {
         let mut encoder = self.encoder();
         let measuring = target.is_some() && self.timer.begin();
         self.timer.stamp_beginning(&mut encoder, measuring);
+        let mut record = FrameRecord::default();
+        let mut stage = StageClock::new();
         let (method, mut cx) = self.method_and_context();
         method.receive(&mut cx);
-        let select_ms = method.select(&mut cx, view);
+        record.receive_ms = stage.ms();
+        record.select_ms = method.select(&mut cx, view);
+        stage.ms();
         let moved = method.stream(&mut cx, &mut encoder, view);
+        record.stream_ms = stage.ms();
         let scene = self.scene(view);
         let (method, mut cx) = self.method_and_context();
         method.set_up(&mut cx, &mut encoder, &scene);
-        let asked = method.ask(&mut cx, &mut encoder, &scene);
+        record.set_up_ms = stage.ms();
+        record.coordinate_pass_drawn = method.ask(&mut cx, &mut encoder, &scene);
         if let Some((target, format)) = target {
             self.draw(&mut encoder, &scene, target, format, measuring);
         }
+        record.draw_ms = stage.ms();
         self.timer.resolve(&mut encoder, measuring);
         self.gpu.queue.submit([encoder.finish()]);
         self.timer.after_submit();
         self.method.after_submit(self.frame, view);
-        let mut record = self.record(moved, asked);
-        record.select_ms = select_ms;
+        record.submit_ms = stage.ms();
+        self.describe(&mut record, moved);
         record.cpu_ms = started.elapsed().as_secs_f64() * 1.0e3;
         record.frame_ms = record.cpu_ms;
         self.frame += 1;

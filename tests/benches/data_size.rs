@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use terrain_core::dataset::{HeightRange, HeightRanges};
 use terrain_core::measure::FrameRecord;
 use terrain_core::selection::{
-    SelectionConfig, Strategy, TileTree, VisibleRegion, select, select_by_frustum,
+    SeenGround, SelectionConfig, Strategy, TileTree, VisibleRegion, select, select_by_frustum,
 };
 use terrain_core::tiling::Extent;
 use terrain_core::{CameraView, RendererSettings};
@@ -183,11 +183,12 @@ fn select_often(extra_levels: u8, times: u32) {
     let view = view(0.0, FLIGHTS[0].1);
     let ahead = view.eye.truncate() + dvec2(200.0, 2_300.0);
     let extent = Extent::new(ahead - 2_500.0, ahead + 2_500.0);
-    let region = VisibleRegion { extent, covered_pixels: 1 };
+    let region = VisibleRegion::of_extent(&extent);
+    let seen = SeenGround::of_box(&region);
     let config = SelectionConfig { max_tiles: 256, ..Default::default() };
     let mut tiles = 0;
     for _ in 0..times {
-        tiles += select(&tree, Some(&region), black_box(&view), &config).tiles.len();
+        tiles += select(&tree, Some(seen), black_box(&view), &config).tiles.len();
         tiles += select_by_frustum(&tree, black_box(&view), &config).tiles.len();
     }
     println!("{extra_levels} levels more, {times} times: {tiles} tiles");

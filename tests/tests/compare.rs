@@ -84,12 +84,6 @@ impl Stage {
     }
 }
 
-/// The record without what depends on the clock.
-fn without_times(mut record: FrameRecord) -> FrameRecord {
-    (record.frame_ms, record.cpu_ms, record.select_ms, record.gpu_ms) = (0.0, 0.0, 0.0, None);
-    record
-}
-
 #[test]
 fn measuring_beside_the_frames_changes_nothing_in_them() {
     let Some(gpu) = gpu() else { return };
@@ -103,7 +97,7 @@ fn measuring_beside_the_frames_changes_nothing_in_them() {
         }
         let (same_record, same_picture) = measured.draw(&view);
         measured.ground(&CameraView { heading_deg: 100.0, ..view });
-        assert_eq!(without_times(record), without_times(same_record), "step {step}");
+        assert_eq!(record.without_times(), same_record.without_times(), "step {step}");
         assert_eq!(picture, same_picture, "step {step}");
         assert_eq!(measured.redraw(&view), picture, "nothing has arrived since");
     }
@@ -115,7 +109,7 @@ fn settled_flights_move_the_same_bytes_however_fast_the_disk_is() {
     let fly = || {
         let mut stage = Stage::new(Arc::clone(&gpu), RendererSettings::default());
         let steps = [0.0, 5.0, 30.0, 31.0];
-        steps.map(|step| without_times(stage.draw(&view(step)).0))
+        steps.map(|step| stage.draw(&view(step)).0.without_times())
     };
     assert_eq!(fly(), fly());
 }

@@ -8,9 +8,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use terrain_core::dataset::Dataset;
-use terrain_core::gpu::{OFFSCREEN_FORMAT, OffscreenTarget};
+use terrain_core::gpu::{GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
 use terrain_core::measure::Flight;
 use terrain_core::prepare::{NoProgress, PrepareRequest, prepare};
+use terrain_core::selection::Strategy;
 use terrain_core::{RendererSettings, TerrainRenderer};
 use terrain_tests::gpu;
 
@@ -28,20 +29,30 @@ fn where_tiles_and_region_feed_each_other_the_camera_still_comes_to_rest() {
     let mut request = PrepareRequest::new(vec![data.join("dem.tif")], Vec::new(), out.clone());
     request.epsg = Some(3395);
     prepare(&request, &NoProgress, &AtomicBool::new(false)).unwrap();
+    for strategy in [Strategy::RttQuadtree, Strategy::RttQuadtreeGpu] {
+        comes_to_rest(&gpu, strategy, &data, &out);
+    }
+}
+
+fn comes_to_rest(gpu: &Arc<GpuContext>, strategy: Strategy, data: &Path, out: &Path) {
     let flight = Flight::read(&data.join("flight.json")).unwrap();
-    let settings =
-        RendererSettings { texel_px: 0.5, vertical_exaggeration: 15.0, ..Default::default() };
-    let source = Arc::new(Dataset::open(&out).unwrap());
-    let mut renderer = TerrainRenderer::new(Arc::clone(&gpu), source, settings).unwrap();
-    let target = OffscreenTarget::new(&gpu, SIZE_PX);
+    let settings = RendererSettings {
+        strategy,
+        texel_px: 0.5,
+        vertical_exaggeration: 15.0,
+        ..Default::default()
+    };
+    let source = Arc::new(Dataset::open(out).unwrap());
+    let mut renderer = TerrainRenderer::new(Arc::clone(gpu), source, settings).unwrap();
+    let target = OffscreenTarget::new(gpu, SIZE_PX);
     let mut most = 0;
     for frame in (560..574).chain(728..734) {
         let view = flight.view_at(flight.frame_time_s(frame), SIZE_PX);
         let record = renderer.render_settled(&view, target.view(), OFFSCREEN_FORMAT).unwrap();
         most = most.max(record.tiles_new);
-        assert!(!renderer.needs_frame(&view), "frame {frame} goes on for ever");
+        assert!(!renderer.needs_frame(&view), "{strategy}: frame {frame} goes on for ever");
     }
-    println!("at most {most} tiles for a view");
+    println!("{strategy}: at most {most} tiles for a view");
     // Twice the cache; without a bound to it there were 1,682.
-    assert!(most <= 72, "{most} tiles for one view");
+    assert!(most <= 72, "{strategy}: {most} tiles for one view");
 }

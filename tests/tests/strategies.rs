@@ -10,10 +10,12 @@ use glam::{DVec2, dvec2};
 use terrain_core::gpu::{GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
 use terrain_core::measure::FrameRecord;
 use terrain_core::selection::Strategy;
-use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
+use terrain_core::{CameraView, LookupMethod, RendererSettings, TerrainRenderer};
 use terrain_tests::{AnalyticSource, Picture, Surface, gpu};
 
 const SIZE_PX: [u32; 2] = [320, 180];
+/// A tile of the source's imagery, 392 texels a side with its gutter.
+const LARGEST_TILE_BYTES: u32 = 392 * 392 * 4;
 
 /// Mountains with a pattern on them that shows which level a place is drawn from.
 fn source() -> Arc<AnalyticSource> {
@@ -160,12 +162,13 @@ fn a_strategy_without_feedback_can_be_switched_to_and_from_in_flight() {
     let Some(mut bench) = Bench::new(roomy(Strategy::CpuFrustum)) else { return };
     let mut names = Vec::new();
     for step in 0..12 {
-        bench.switch(Strategy::ALL[step / 3 % 2]);
+        let strategy = [Strategy::RttQuadtree, Strategy::CpuFrustum][step / 3 % 2];
+        bench.switch(strategy);
         let view = view(15.0 * step as f64, -20.0, 2_000.0);
         let record = bench.renderer.render(&view, bench.target.view(), OFFSCREEN_FORMAT).unwrap();
         names.push(record.strategy);
         let asks = record.coordinate_pass_drawn;
-        assert!(!asks || Strategy::ALL[step / 3 % 2] == Strategy::RttQuadtree, "frame {step}");
+        assert!(!asks || strategy == Strategy::RttQuadtree, "frame {step}");
     }
     assert_eq!(names[2..4], ["rtt-quadtree", "cpu-frustum"]);
     let view = view(165.0, -20.0, 2_000.0);
@@ -175,4 +178,99 @@ fn a_strategy_without_feedback_can_be_switched_to_and_from_in_flight() {
     // Which slots the tiles got goes by the order in which they came; filtering rounds accordingly.
     let (_, greatest) = difference(&in_flight, &fresh);
     assert!(greatest <= 1, "the picture depends on the way there: {greatest}");
+}
+
+/// The paper's selection and cache, on the CPU and on the GPU: the same tiles, so the same picture.
+#[test]
+fn on_the_gpu_the_same_tiles_are_drawn_as_on_the_cpu() {
+    let small = RendererSettings { texel_px: 0.7, ..Default::default() };
+    for (what, settings, views) in [
+        ("roomy", roomy(Strategy::RttQuadtree), 5),
+        ("merging", small, 2),
+        ("linear", RendererSettings { lookup: LookupMethod::Linear, ..small }, 1),
+    ] {
+        let on_gpu = RendererSettings { strategy: Strategy::RttQuadtreeGpu, ..settings };
+        let Some(mut on_gpu) = Bench::new(on_gpu) else { return };
+        let Some(mut on_cpu) = Bench::new(settings) else { return };
+        for view in [
+            view(20.0, -18.0, 2_500.0),
+            view(200.0, -5.0, 1_300.0),
+            view(95.0, -60.0, 6_000.0),
+            view(0.0, -90.0, 40_000.0),
+            view(0.0, 60.0, 3_000.0),
+        ]
+        .into_iter()
+        .take(views)
+        {
+            let records = [on_gpu.settle(&view), on_cpu.settle(&view)];
+            let counts = |record: &FrameRecord| {
+                (record.tiles_selected, record.tiles_missing, record.finest_level)
+            };
+            assert_eq!(counts(&records[0]), counts(&records[1]), "{what}: {view:?}");
+            let (part, greatest) = difference(&on_gpu.picture(&view), &on_cpu.picture(&view));
+            // The tiles lie in other slots, and filtering rounds accordingly.
+            assert!(greatest <= 1 && part < 0.01, "{what}: {part} of the pixels, by {greatest}");
+        }
+    }
+}
+
+#[test]
+fn on_the_gpu_little_is_read_back_and_of_a_still_camera_nothing() {
+    let settings = RendererSettings { strategy: Strategy::RttQuadtreeGpu, ..Default::default() };
+    let Some(mut bench) = Bench::new(settings) else { return };
+    let (mut heading_deg, mut most_back, mut most_up) = (0.0, 0, 0);
+    for _ in 0..40 {
+        heading_deg += 1.0;
+        let view = view(heading_deg, -18.0, 2_500.0);
+        let record = bench.renderer.render(&view, bench.target.view(), OFFSCREEN_FORMAT).unwrap();
+        bench.gpu.wait().unwrap();
+        if heading_deg > 1.0 {
+            assert_eq!(record.region_age_frames, Some(1), "{record:?}");
+        }
+        assert_eq!(record.upload_table_bytes, 0, "tables are built where they are used");
+        // One tile of imagery goes through whatever its size.
+        let tiles = record.upload_dem_bytes + record.upload_dom_bytes;
+        let one_tile = u64::from(LARGEST_TILE_BYTES);
+        assert!(tiles <= settings.upload_budget_bytes + one_tile, "{record:?}");
+        most_back = most_back.max(record.readback_bytes);
+        most_up = most_up.max(record.upload_uniform_bytes);
+    }
+    println!("at most {most_back} bytes back and {most_up} bytes of parameters up in a frame");
+    // The head and both lists in full; commonly 64 bytes.
+    assert!(most_back <= 16 + 2 * 32 * 8, "{most_back}");
+    let view = view(heading_deg, -18.0, 2_500.0);
+    let settled = bench.settle(&view);
+    assert_eq!((settled.tiles_missing, settled.region_age_frames), (0, Some(0)), "{settled:?}");
+    assert!(settled.tiles_selected > 15 && settled.tiles_selected <= 36, "{settled:?}");
+    assert!(!bench.renderer.needs_frame(&view), "a window need not draw again");
+    let still = bench.renderer.render(&view, bench.target.view(), OFFSCREEN_FORMAT).unwrap();
+    assert_eq!((still.upload_bytes, still.disk_bytes, still.readback_bytes), (0, 0, 0));
+    assert!(!still.coordinate_pass_drawn);
+    let calm = CameraView { heading_deg: heading_deg + 0.01, ..view };
+    assert!(bench.renderer.needs_frame(&calm));
+    let calm = bench.renderer.render(&calm, bench.target.view(), OFFSCREEN_FORMAT).unwrap();
+    assert_eq!(calm.readback_bytes, 64, "{calm:?}");
+}
+
+#[test]
+fn on_the_gpu_the_way_to_a_view_does_not_show_and_redrawing_leaves_no_trace() {
+    let settings = roomy(Strategy::RttQuadtreeGpu);
+    let Some(mut flown) = Bench::new(settings) else { return };
+    for step in 0..15 {
+        let view = view(25.0 * f64::from(step), -20.0, 2_000.0);
+        flown.renderer.render(&view, flown.target.view(), OFFSCREEN_FORMAT).unwrap();
+    }
+    let here = view(20.0, -18.0, 2_500.0);
+    let in_flight = flown.picture(&here);
+    let fresh = Bench::new(settings).unwrap().picture(&here);
+    // Which slots the tiles got goes by the order in which they came; filtering rounds accordingly.
+    let (_, greatest) = difference(&in_flight, &fresh);
+    assert!(greatest <= 1, "the picture depends on the way there: {greatest}");
+    let elsewhere = view(200.0, -5.0, 1_300.0);
+    flown.renderer.redraw(&elsewhere, flown.target.view(), OFFSCREEN_FORMAT).unwrap();
+    assert!(!flown.renderer.needs_frame(&here));
+    let still = flown.renderer.render(&here, flown.target.view(), OFFSCREEN_FORMAT).unwrap();
+    assert_eq!((still.upload_bytes, still.readback_bytes), (0, 0), "{still:?}");
+    let again = Picture::read(&flown.gpu, &flown.target).unwrap();
+    assert_eq!(again.rgba, in_flight.rgba);
 }

@@ -14,9 +14,17 @@ use terrain_core::dataset::{Dataset, TileSource};
 use terrain_core::gpu::{GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
 use terrain_core::prepare::{NoProgress, PrepareRequest, prepare};
 use terrain_core::residency::{OffsetTable, TileCache};
+use terrain_core::selection::Strategy;
 use terrain_core::tiling::TileId;
 use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
 use terrain_tests::{AnalyticSource, Picture, RasterFixture, Surface, gpu};
+
+/// One strategy of each way to keep the caches.
+const STRATEGIES: [Strategy; 2] = [Strategy::RttQuadtree, Strategy::RttQuadtreeGpu];
+
+fn settings_of(strategy: Strategy) -> RendererSettings {
+    RendererSettings { strategy, ..Default::default() }
+}
 
 const ROOT_M: f64 = 65_536.0;
 const SIZE_PX: [u32; 2] = [96, 54];
@@ -106,7 +114,6 @@ const PLACE_CONTRACT_PX: f64 = 1.0 / 16.0;
 #[test]
 fn cameras_at_the_limits() {
     let Some(gpu) = gpu() else { return };
-    let mut bench = Bench::new(&gpu, source_of(hills()), RendererSettings::default());
     let at = |x: f64, y: f64, z: f64| CameraView { eye: DVec3::new(x, y, z), ..view() };
     let look = |pitch_deg: f64| CameraView { pitch_deg, ..view() };
     let field = |fov_y_deg: f64| CameraView { fov_y_deg, ..view() };
@@ -131,10 +138,13 @@ fn cameras_at_the_limits() {
         ("a denormal away from the origin", at(5.0e-324, -5.0e-324, 1.0e3)),
         ("many turns", CameraView { heading_deg: 3.6e6 + 20.0, ..view() }),
     ];
-    for (what, view) in cases {
-        let drawn = bench.check(what, &view);
-        let error_px = drawn.place_error_px();
-        assert!(error_px < PLACE_CONTRACT_PX, "{what}: {error_px} px");
+    for strategy in STRATEGIES {
+        let mut bench = Bench::new(&gpu, source_of(hills()), settings_of(strategy));
+        for (what, view) in &cases {
+            let drawn = bench.check(what, view);
+            let error_px = drawn.place_error_px();
+            assert!(error_px < PLACE_CONTRACT_PX, "{strategy}, {what}: {error_px} px");
+        }
     }
 }
 
@@ -242,16 +252,18 @@ fn a_dem_full_of_numbers_that_are_no_heights() {
 #[test]
 fn jumps_across_the_earth_leave_nothing_behind() {
     let Some(gpu) = gpu() else { return };
-    let mut bench = Bench::new(&gpu, source_of(hills()), RendererSettings::default());
-    let home = bench.check("home", &view()).points;
-    for shift in [dvec2(1.0e7, 0.0), dvec2(-1.0e7, 1.0e7), dvec2(0.0, -4.0e7)] {
-        let away = CameraView { eye: view().eye + shift.extend(0.0), ..view() };
-        // One frame only: the next jump comes before anything has been answered.
-        let target = OffscreenTarget::new(&gpu, SIZE_PX);
-        bench.renderer.render(&away, target.view(), OFFSCREEN_FORMAT).unwrap();
-        let back = bench.check("back", &view()).points;
-        let equal = |(a, b): (&DVec3, &DVec3)| a == b || (a.is_nan() && b.is_nan());
-        assert!(home.iter().zip(&back).all(equal), "after a jump by {shift}");
+    for strategy in STRATEGIES {
+        let mut bench = Bench::new(&gpu, source_of(hills()), settings_of(strategy));
+        let home = bench.check("home", &view()).points;
+        for shift in [dvec2(1.0e7, 0.0), dvec2(-1.0e7, 1.0e7), dvec2(0.0, -4.0e7)] {
+            let away = CameraView { eye: view().eye + shift.extend(0.0), ..view() };
+            // One frame only: the next jump comes before anything has been answered.
+            let target = OffscreenTarget::new(&gpu, SIZE_PX);
+            bench.renderer.render(&away, target.view(), OFFSCREEN_FORMAT).unwrap();
+            let back = bench.check("back", &view()).points;
+            let equal = |(a, b): (&DVec3, &DVec3)| a == b || (a.is_nan() && b.is_nan());
+            assert!(home.iter().zip(&back).all(equal), "{strategy}: after a jump by {shift}");
+        }
     }
 }
 
@@ -326,6 +338,7 @@ fn any_camera_at_all() {
     for case in 0..200 {
         if case % 25 == 0 {
             let settings = RendererSettings {
+                strategy: STRATEGIES[case / 25 % 2],
                 vertical_exaggeration: 10.0_f64.powf(random.between(-2.0, 3.0)),
                 triangle_px: random.between(1.0, 64.0),
                 ..Default::default()

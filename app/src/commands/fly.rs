@@ -7,9 +7,9 @@ use std::sync::Arc;
 use anyhow::{Context, bail};
 use clap::Args;
 use terrain_core::RendererSettings;
-use terrain_core::dataset::{Dataset, Manifest, TileSource};
+use terrain_core::dataset::{Dataset, TileSource};
 use terrain_core::gpu::AdapterChoice;
-use terrain_core::measure::{Flight, FrameRecord};
+use terrain_core::measure::{Flight, FrameRecord, PlannedFlight};
 use terrain_core::selection::Strategy;
 
 use crate::demo::Demo;
@@ -25,19 +25,21 @@ use crate::{display, flights, output, pictures};
 #[command(after_help = "\
 Examples:
   terrain fly alps
+  terrain fly alps --flight valley
   terrain fly alps --strategy rtt-quadtree --compare cpu-frustum
-  terrain fly alps --flight valley.json --headless --csv frames.csv
+  terrain fly alps --flight recorded.json --headless --csv frames.csv
   terrain fly alps --headless --settle --frames-at 24 --out pictures")]
 pub struct FlyArgs {
     /// The dataset: a folder made by terrain prepare [default: the demo]
     dataset: Option<PathBuf>,
 
-    /// The flight to fly [default: a tour of the dataset]
-    #[arg(long, value_name = "FILE.json")]
+    /// The flight to fly: a file, or one made for the dataset: tour, forward-low, forward-high, spin,
+    /// orbit, climb-and-descend, valley, teleport, hover [default: tour]
+    #[arg(long, value_name = "FILE.json|NAME")]
     flight: Option<PathBuf>,
 
-    /// Record what is flown in the window to this file
-    #[arg(long, value_name = "FILE.json", conflicts_with = "headless")]
+    /// Record what is flown in the window to this file; without a window, write the flight itself
+    #[arg(long, value_name = "FILE.json")]
     record: Option<PathBuf>,
 
     /// Close the window when the flight has been flown, unless somebody has taken the controls
@@ -102,18 +104,28 @@ pub fn run(args: &FlyArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
 fn open(args: &FlyArgs) -> anyhow::Result<Scene> {
     let Some(folder) = &args.dataset else {
         let Demo { source, title, exaggeration, flight } = Demo::open()?;
-        let flight = asked_flight(args, source.manifest())?.unwrap_or(flight);
         let settings = args.drawing.settings(exaggeration);
+        let flight = asked_flight(args, &*source, &settings)?.unwrap_or(flight);
         return Ok(Scene { source, title, settings, flight: Some(flight) });
     };
     let source = Arc::new(Dataset::open(folder)?);
     let title = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
-    let flight = asked_flight(args, source.manifest())?;
-    Ok(Scene { source, title, settings: args.drawing.settings(1.0), flight })
+    let settings = args.drawing.settings(1.0);
+    let flight = asked_flight(args, &*source, &settings)?;
+    Ok(Scene { source, title, settings, flight })
 }
 
-fn asked_flight(args: &FlyArgs, manifest: &Manifest) -> anyhow::Result<Option<Flight>> {
-    args.flight.as_deref().map(|path| flights::read(path, manifest)).transpose()
+fn asked_flight(
+    args: &FlyArgs,
+    source: &dyn TileSource,
+    settings: &RendererSettings,
+) -> anyhow::Result<Option<Flight>> {
+    let find = |name| flights::find(name, source, settings.vertical_exaggeration);
+    args.flight.as_deref().map(find).transpose()
+}
+
+fn tour(source: &dyn TileSource, settings: &RendererSettings) -> anyhow::Result<Flight> {
+    flights::plan(PlannedFlight::Tour, source, settings.vertical_exaggeration)
 }
 
 fn fly_in_window(args: &FlyArgs, adapter: &AdapterChoice, scene: Scene) -> anyhow::Result<()> {
@@ -125,7 +137,7 @@ fn fly_in_window(args: &FlyArgs, adapter: &AdapterChoice, scene: Scene) -> anyho
     }
     let Scene { source, title, settings, flight } = scene;
     let plays_at_once = flight.is_some();
-    let flight = flight.or_else(|| flights::tour(&*source, settings.vertical_exaggeration).ok());
+    let flight = flight.or_else(|| tour(&*source, &settings).ok());
     viewer::run(ViewerOptions {
         source,
         title,
@@ -143,8 +155,11 @@ fn fly_headless(args: &FlyArgs, adapter: &AdapterChoice, scene: Scene) -> anyhow
     let Scene { source, settings, flight, .. } = scene;
     let flight = match flight {
         Some(flight) => flight,
-        None => flights::tour(&*source, settings.vertical_exaggeration)?,
+        None => tour(&*source, &settings)?,
     };
+    if let Some(path) = &args.record {
+        flight.write(path)?;
+    }
     let mut headless = Headless::open(source, adapter, settings, args.size.0)?;
     let mut csv = args.csv.as_deref().map(CsvFile::create).transpose()?;
     if let Some(folder) = &args.out {

@@ -16,7 +16,7 @@ use crate::drawing_args::{DrawingArgs, Size};
 use crate::ground::Ground;
 use crate::headless::Headless;
 use crate::progress::PhaseProgress;
-use crate::{npy, output, pictures};
+use crate::{flights, npy, output, pictures};
 
 /// What to draw.
 #[derive(Debug, Args)]
@@ -28,7 +28,8 @@ Examples:
   terrain render alps --camera x=463500,y=6820000,agl=800,heading=215,pitch=-12,fov=50 \\
       --size 1280x720 --out view.png
   terrain render alps --camera x=463500,y=6820000,agl=800,heading=215,pitch=-12 \\
-      --reference --out exact.png --coordinates exact.npy")]
+      --reference --out exact.png --coordinates exact.npy
+  terrain render alps --flight valley --at 7.5 --out valley.png")]
 pub struct RenderArgs {
     /// The dataset: a folder made by terrain prepare
     dataset: PathBuf,
@@ -36,8 +37,22 @@ pub struct RenderArgs {
     /// The camera: x=..,y=.. in the dataset's CRS, height=.. (metres above the datum) or agl=..
     /// (above the ground), heading=.. (degrees clockwise from north), pitch=.. (negative looks
     /// down), fov=.. (vertical, degrees)
-    #[arg(long, value_name = "CAMERA", allow_hyphen_values = true)]
-    camera: CameraSpec,
+    #[arg(
+        long,
+        value_name = "CAMERA",
+        allow_hyphen_values = true,
+        required_unless_present = "flight"
+    )]
+    camera: Option<CameraSpec>,
+
+    /// Take the camera of a flight instead: a file, or one made for the dataset: tour, forward-low,
+    /// forward-high, spin, orbit, climb-and-descend, valley, teleport, hover
+    #[arg(long, value_name = "FILE.json|NAME", conflicts_with = "camera")]
+    flight: Option<PathBuf>,
+
+    /// Time in the flight, seconds [default: its beginning]
+    #[arg(long, value_name = "SECONDS", requires = "flight", allow_hyphen_values = true)]
+    at: Option<f64>,
 
     /// Width and height of the picture in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
@@ -144,15 +159,31 @@ fn trace(
     })
 }
 
-/// The camera's view; its height above ground goes by the finest heights there are.
+/// The view asked for, by a camera or a moment of a flight.
 fn view_of(
     args: &RenderArgs,
     source: &dyn TileSource,
     exaggeration: f64,
 ) -> anyhow::Result<CameraView> {
-    let ground = Ground::finest(source);
+    if let Some(camera) = &args.camera {
+        return camera_view(args, camera, source, exaggeration);
+    }
+    let name = args.flight.as_deref().context("give --camera or --flight")?;
+    let flight = flights::find(name, source, exaggeration)?;
+    let [start, _] = flight.time_range_s();
+    Ok(flight.view_at(args.at.unwrap_or(start), args.size.0))
+}
+
+/// The camera's view; its height above ground goes by the finest heights there are.
+fn camera_view(
+    args: &RenderArgs,
+    camera: &CameraSpec,
+    source: &dyn TileSource,
+    exaggeration: f64,
+) -> anyhow::Result<CameraView> {
+    let ground = Ground::new(source);
     let mut beside_data = None;
-    let view = args.camera.view(args.size.0, |point| {
+    let view = camera.view(args.size.0, |point| {
         let height_m = ground.height_m(point);
         if height_m.is_none() {
             beside_data = Some(point);

@@ -4,7 +4,7 @@ use egui::{Align2, Color32, Grid, RichText, Slider, SliderClamping, Ui};
 use glam::DVec3;
 use terrain_core::dataset::Manifest;
 use terrain_core::gpu::DebugImage;
-use terrain_core::selection::Strategy;
+use terrain_core::selection::{Strategy, Visibility};
 use terrain_core::{AntiAliasing, DebugView, RendererSettings};
 
 use super::comparison::ComparisonSection;
@@ -114,6 +114,7 @@ impl Panel<'_> {
     fn sliders(&mut self, ui: &mut Ui) {
         let settings = &mut *self.settings;
         strategy_choice(ui, settings);
+        visibility_choice(ui, settings);
         cache_choice(ui, settings);
         let slots = (settings.cache_columns * settings.cache_rows) as usize;
         ui.add(Slider::new(&mut settings.max_tiles, 1..=slots).text("MaxofTiles"))
@@ -210,6 +211,17 @@ pub(super) fn strategy_choice(ui: &mut Ui, settings: &mut RendererSettings) {
         |ui| {
             for strategy in Strategy::ALL {
                 ui.selectable_value(&mut settings.strategy, strategy, strategy.name());
+            }
+        },
+    );
+}
+
+fn visibility_choice(ui: &mut Ui, settings: &mut RendererSettings) {
+    egui::ComboBox::from_label("visible ground").selected_text(settings.visibility.name()).show_ui(
+        ui,
+        |ui| {
+            for visibility in Visibility::ALL {
+                ui.selectable_value(&mut settings.visibility, visibility, visibility.name());
             }
         },
     );

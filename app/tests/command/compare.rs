@@ -18,7 +18,7 @@ fn rows_without_times(folder: &Path) -> Vec<Vec<(String, String)>> {
     let text = std::fs::read_to_string(folder.join("frames.csv")).unwrap();
     let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned));
     let header: Vec<String> = lines.next().unwrap().collect();
-    let is_time = |name: &str| ["frame_ms", "cpu_ms", "gpu_ms", "select_ms"].contains(&name);
+    let is_time = |name: &str| name.ends_with("_ms");
     let row = |line: Vec<String>| {
         assert_eq!(line.len(), header.len());
         header.iter().cloned().zip(line).filter(|(name, _)| !is_time(name)).collect()
@@ -55,8 +55,7 @@ fn a_sweep_leaves_a_table_a_summary_a_report_and_pictures_and_can_be_repeated() 
         ("\"texel-px=1\"".into(), "\"texel-px=8\"".into())
     );
 
-    let summary = std::fs::read_to_string(first.join("summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let summary = summary(&first);
     let of_run =
         |run: usize, error: &str| summary["runs"][run]["mean_errors"][error].as_f64().unwrap();
     assert!(
@@ -92,6 +91,86 @@ fn strategies_fly_the_same_course() {
     assert_eq!(strategies, [["rtt-quadtree"; 5], ["cpu-frustum"; 5]].concat());
     let frame = |row: usize| &rows[row][1..3];
     assert!((0..5).all(|row| frame(row) == frame(row + 5)), "the same frames");
+}
+
+/// A comparison over flights made for the dataset.
+fn compare_flights(out: &Path, more: &[&str]) {
+    let mut command = terrain(["compare"]);
+    command.arg(dataset()).args(["--flights", "hover,teleport", "--strategies", "all", "--settle"]);
+    command.args(["--exaggeration", "15", "--size", "96x54", "--frames-at", "4"]).args(more);
+    assert_success(&command.args(["--error-every", "3"]).arg("--out").arg(out).output().unwrap());
+}
+
+fn summary(folder: &Path) -> serde_json::Value {
+    let text = std::fs::read_to_string(folder.join("summary.json")).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+#[test]
+fn strategies_are_compared_at_equal_error_and_the_same_way_again() {
+    if !has_gpu() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let [first, second] = ["first", "second"].map(|name| folder.path().join(name));
+    let equal = ["--equal-error", "--sweep", "texel-px=1,2,8", "--only-measured", "--warm"];
+    for out in [&first, &second] {
+        compare_flights(out, &equal);
+    }
+    assert_eq!(rows_without_times(&first), rows_without_times(&second));
+
+    let summary = summary(&first);
+    let runs = summary["runs"].as_array().unwrap();
+    let comparisons = summary["comparisons"].as_array().unwrap();
+    assert_eq!(comparisons.len(), 3, "as given, at equal FLIP, at equal screen-space error");
+    let flights = comparisons[1]["flights"].as_array().unwrap();
+    assert_eq!(
+        (&flights[0]["flight"], &flights[1]["flight"]),
+        (&"hover".into(), &"teleport".into())
+    );
+    for flight in flights {
+        let of = |strategy: &serde_json::Value| {
+            let runs = runs.iter().filter(|run| run["flight"] == flight["flight"]);
+            let errors = runs.filter(|run| run["strategy"] == *strategy);
+            let errors = errors.map(|run| run["mean_errors"]["flip_mean"].as_f64().unwrap());
+            errors.fold(f64::INFINITY, f64::min)
+        };
+        let strategies = comparisons[1]["strategies"].as_array().unwrap();
+        let tightest = strategies.iter().map(of).fold(0.0, f64::max);
+        let error = flight["error"].as_f64().unwrap();
+        assert!((error / (1.02 * tightest) - 1.0).abs() < 1e-9, "{error} for {tightest}");
+        for costs in flight["costs"].as_array().unwrap() {
+            assert_ne!(costs["upload_kib"], "not_reached", "all reach it");
+        }
+    }
+    for run in runs.iter().filter(|run| run["flight"] == "hover") {
+        assert_eq!(run["churn_at_rest"], 0);
+        let warm = |cause: &str| run["warm_bytes_a_frame"][cause].as_f64().unwrap();
+        assert_eq!((warm("upload"), warm("disk")), (0.0, 0.0), "the second time all is there");
+        assert!(run["bytes_a_frame"]["upload"].as_f64().unwrap() > 0.0);
+    }
+    let report = std::fs::read_to_string(first.join("report.html")).unwrap();
+    for part in ["712.45", "At equal FLIP", "At equal screen-space error", "Film strips", "warm"] {
+        assert!(report.contains(part), "{part}");
+    }
+}
+
+#[test]
+fn frames_without_pictures_move_the_same_tiles_and_bytes() {
+    if !has_gpu() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let [all, few] = ["all", "few"].map(|name| folder.path().join(name));
+    compare_flights(&all, &[]);
+    compare_flights(&few, &["--only-measured"]);
+    let moved = |folder: &Path| {
+        let rows = rows_without_times(folder).into_iter();
+        let is_moved = |name: &str| name.contains("tiles") || name.contains("bytes");
+        rows.map(|row| row.into_iter().filter(|(name, _)| is_moved(name)).collect::<Vec<_>>())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(moved(&all), moved(&few));
 }
 
 #[test]

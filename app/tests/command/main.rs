@@ -7,6 +7,7 @@ mod compare;
 #[cfg(unix)]
 mod documents;
 mod drawing;
+mod flights;
 mod harness;
 mod precision;
 #[cfg(unix)]

@@ -29,7 +29,9 @@ impl FrameGroup {
         let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("frame uniforms"),
             size: FrameUniforms::BYTES,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            usage: wgpu::BufferUsages::UNIFORM
+                | wgpu::BufferUsages::COPY_DST
+                | wgpu::BufferUsages::COPY_SRC,
             mapped_at_creation: false,
         });
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -38,6 +40,19 @@ impl FrameGroup {
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() }],
         });
         Self { layout, group, uniforms, written: None }
+    }
+
+    #[cfg(test)]
+    pub(super) fn uniforms(&self) -> &wgpu::Buffer {
+        &self.uniforms
+    }
+
+    /// Records a copy of both tables' ranges from the beginning of `ranges` into the uniforms, which are
+    /// written before the commands run.
+    pub fn copy_table_ranges(&self, encoder: &mut wgpu::CommandEncoder, ranges: &wgpu::Buffer) {
+        let offset = FrameUniforms::TABLE_RANGES_OFFSET;
+        let bytes = FrameUniforms::BYTES - offset;
+        encoder.copy_buffer_to_buffer(ranges, 0, &self.uniforms, offset, bytes);
     }
 
     /// Writes the uniforms; returns the bytes sent, 0 where nothing changed.

@@ -73,6 +73,9 @@ impl FrameUniforms {
     /// Size in bytes on the GPU.
     pub const BYTES: u64 = Self::SHADER_SIZE.get();
 
+    /// Where the ranges of both tables lie among the bytes, one after the other at the end.
+    pub(super) const TABLE_RANGES_OFFSET: u64 = Self::BYTES - 2 * TableRange::SHADER_SIZE.get();
+
     /// The bytes as the GPU reads them.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut buffer = UniformBuffer::new(Vec::with_capacity(Self::BYTES as usize));

@@ -4,9 +4,12 @@
 
 mod adapter_survey;
 mod atlas;
+mod build_tile_table_pass;
 mod colour_atlas;
+mod compute_pipeline;
 mod context;
 mod coordinate_feedback;
+mod coordinate_image_bindings;
 mod coordinate_pass;
 mod cover_pipeline;
 mod debug_image_pass;
@@ -20,19 +23,30 @@ mod frame_uniforms;
 mod height_atlas;
 mod limit_surface_buffers;
 mod limit_surface_pass;
+mod manage_tiles_pass;
+mod mark_seen_tiles_pass;
 mod mesh_buffers;
 mod offscreen_target;
 mod offset_table_buffer;
 mod picture;
+mod place_tiles_pass;
 mod precision_depth_probe;
 mod precision_probe;
 mod readback_ring;
+mod reduce_region_pass;
 mod scene_meshes;
+mod seen_ground_buffer;
+mod select_tiles_pass;
 pub mod shader_library;
 mod sky_pass;
 mod sort_triangles_pass;
 mod terrain_cache;
 mod terrain_pass;
+mod tile_management;
+mod tile_presence;
+mod tile_report;
+mod tile_report_ring;
+mod tile_selection;
 mod timestamps;
 #[cfg(test)]
 mod twin_tests;
@@ -47,6 +61,7 @@ pub(crate) use frame_bindings::FrameBindings;
 pub(crate) use frame_group::FrameGroup;
 pub use frame_uniforms::{FrameUniforms, TableRange};
 pub use limit_surface_pass::{LimitGpuColour, LimitGpuPicture, LimitSurfacePass};
+pub(crate) use manage_tiles_pass::LayerDeliveries;
 pub(crate) use offscreen_target::read_texture;
 pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
 pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};
@@ -59,6 +74,10 @@ pub use precision_probe::{
 pub(crate) use scene_meshes::{MeshScene, SceneMeshes};
 pub(crate) use terrain_cache::TerrainCache;
 pub(crate) use terrain_pass::{TerrainPass, TerrainPassSettings};
+pub(crate) use tile_management::TileManagement;
+pub(crate) use tile_report::TileReport;
+pub(crate) use tile_report_ring::TileReportRing;
+pub(crate) use tile_selection::{SelectionRequest, TileSelection};
 pub(crate) use timestamps::FrameTimer;
 
 /// Depth format of every pass: float, because depth runs in reverse from 1 near to 0 at infinity.

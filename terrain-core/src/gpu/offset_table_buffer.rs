@@ -135,6 +135,13 @@ impl OffsetTableBuffer {
         }
     }
 
+    /// Makes room for so many bytes of entries and nodes that are written on the GPU. What was there is
+    /// lost.
+    pub fn make_room(&mut self, device: &wgpu::Device, entries_bytes: u64, nodes_bytes: u64) {
+        self.entries = storage(device, "tile entries", entries_bytes);
+        self.nodes = storage(device, "tile nodes", nodes_bytes);
+    }
+
     /// Brings the tables to the GPU. Returns where each layer's table lies, the bytes sent (0 where
     /// nothing changed) and whether the buffers grew, so that they must be bound anew.
     pub fn update(
@@ -181,7 +188,9 @@ fn storage(device: &wgpu::Device, label: &str, size: u64) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
         size,
-        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+        usage: wgpu::BufferUsages::STORAGE
+            | wgpu::BufferUsages::COPY_DST
+            | wgpu::BufferUsages::COPY_SRC,
         mapped_at_creation: false,
     })
 }

@@ -6,7 +6,7 @@ const WAITING: u8 = 0;
 const MAPPED: u8 = 1;
 const FAILED: u8 = 2;
 
-/// A ring of buffers that brings textures back to the CPU without ever waiting for the GPU. What
+/// A ring of buffers that brings textures or bytes back to the CPU without ever waiting for the GPU. What
 /// comes back carries the metadata `M` it was asked for with: the camera and frame that made it.
 pub(crate) struct ReadbackRing<M> {
     free: Vec<wgpu::Buffer>,
@@ -43,6 +43,11 @@ impl<M> ReadbackRing<M> {
         ring
     }
 
+    /// A ring for so many bytes.
+    pub fn of_bytes(device: &wgpu::Device, buffers: u32, bytes: u32) -> Self {
+        Self::new(device, buffers, [bytes, 1], 1)
+    }
+
     /// Bytes of a padded row, as copies from textures want it.
     fn row_bytes(&self) -> u32 {
         (self.size_px[0] * self.texel_bytes).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
@@ -65,19 +70,22 @@ impl<M> ReadbackRing<M> {
         encoder: &mut wgpu::CommandEncoder,
         texture: &wgpu::Texture,
     ) -> Option<wgpu::Buffer> {
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(self.row_bytes()),
+            rows_per_image: None,
+        };
+        self.record_with(|buffer| {
+            let source = texture.as_image_copy();
+            let target = wgpu::TexelCopyBufferInfo { buffer, layout };
+            encoder.copy_texture_to_buffer(source, target, texture.size());
+        })
+    }
+
+    /// [`Self::record`] of any copy.
+    pub fn record_with(&mut self, copy: impl FnOnce(&wgpu::Buffer)) -> Option<wgpu::Buffer> {
         let buffer = self.free.pop()?;
-        encoder.copy_texture_to_buffer(
-            texture.as_image_copy(),
-            wgpu::TexelCopyBufferInfo {
-                buffer: &buffer,
-                layout: wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(self.row_bytes()),
-                    rows_per_image: None,
-                },
-            },
-            texture.size(),
-        );
+        copy(&buffer);
         Some(buffer)
     }
 

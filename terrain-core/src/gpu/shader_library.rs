@@ -38,6 +38,35 @@ pub static COORDINATES: Shader = shader!("coordinates", "frame", "tile_lookup", 
 pub static DERIVE_HEIGHTS: Shader = shader!("derive_heights");
 /// Halving of uploaded colours.
 pub static DERIVE_COLOURS: Shader = shader!("derive_colours");
+/// Slots given to selected tiles.
+pub static MANAGE_TILES: Shader =
+    shader!("manage_tiles", "packed_tile", "tile_presence", "workgroup_scan");
+/// The tables of the shown tiles.
+pub static BUILD_TILE_TABLE: Shader = shader!("build_tile_table", "packed_tile", "workgroup_scan");
+/// The tables' entries as seen from the eye.
+pub static PLACE_TILES: Shader = shader!("place_tiles", "packed_tile");
+/// The box round all ground in the coordinate image.
+pub static REDUCE_REGION: Shader = shader!("reduce_region", "seen_ground", "coordinate_image");
+/// The tiles that pixels of the coordinate image saw.
+pub static MARK_SEEN_TILES: Shader =
+    shader!("mark_seen_tiles", "whole_numbers", "selection", "seen_ground", "coordinate_image");
+/// Selection's quadtree subdivision.
+pub static SUBDIVIDE_TILES: Shader = shader!(
+    "subdivide_tiles",
+    "whole_numbers",
+    "selection",
+    "seen_ground",
+    "tile_arena",
+    "tile_presence",
+    "workgroup_scan"
+);
+/// The order in which selection merges tiles.
+pub static RANK_TILES: Shader = shader!("rank_tiles", "whole_numbers", "tile_arena");
+/// Selection's regularisation and merging.
+pub static MERGE_TILES: Shader =
+    shader!("merge_tiles", "whole_numbers", "selection", "tile_arena", "workgroup_scan");
+/// The selected tiles in order.
+pub static LIST_TILES: Shader = shader!("list_tiles", "tile_arena");
 /// The lookup by itself, so that it can be compared with its twin on the CPU.
 pub static LOOKUP_PROBE: Shader = shader!("lookup_probe", "frame", "tile_lookup", "height_sample");
 /// Pictures of the renderer's own textures.
@@ -63,7 +92,7 @@ pub static PRECISION_NATIVE_F64: Shader = shader!("precision_native", "real_f64"
 pub static PRECISION_NATIVE_F16: Shader = shader!("precision_native", "real_f16");
 
 /// Every shader of the library that needs no optional feature, for tests that look at all of them.
-pub static ALL: [&Shader; 15] = [
+pub static ALL: [&Shader; 24] = [
     &DISPLACE,
     &SORT_TRIANGLES,
     &TERRAIN,
@@ -71,6 +100,15 @@ pub static ALL: [&Shader; 15] = [
     &COORDINATES,
     &DERIVE_HEIGHTS,
     &DERIVE_COLOURS,
+    &MANAGE_TILES,
+    &BUILD_TILE_TABLE,
+    &PLACE_TILES,
+    &REDUCE_REGION,
+    &MARK_SEEN_TILES,
+    &SUBDIVIDE_TILES,
+    &RANK_TILES,
+    &MERGE_TILES,
+    &LIST_TILES,
     &LOOKUP_PROBE,
     &DEBUG_IMAGE,
     &LIMIT_SURFACE,

@@ -44,7 +44,7 @@ impl Keyframe {
 ///
 /// Every component follows a curve that is exact at the keyframes and never overshoots them, so a
 /// path whose keyframes clear the ground does not dip between them by itself. Headings take the
-/// shortest way round from one keyframe to the next.
+/// shortest way round from one keyframe to the next. Keyframes within [`Flight::CUT_S`] are a cut.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flight {
     crs: String,
@@ -119,6 +119,10 @@ pub enum FlightError {
 const FRAMES_AT_MOST: f64 = 1.0e9;
 
 impl Flight {
+    /// Two keyframes no farther apart than so many seconds are a cut: the view of the first holds until
+    /// the second.
+    pub const CUT_S: f64 = 1.0e-3;
+
     /// A flight in the CRS (such as `EPSG:32632`) at `fps` frames a second.
     ///
     /// # Errors
@@ -222,6 +226,14 @@ impl Flight {
         (start + frame as f64 / self.fps).min(end)
     }
 
+    /// Whether the view is cut after the one time and until the other, seconds.
+    pub fn is_cut_between(&self, after_s: f64, until_s: f64) -> bool {
+        self.keyframes.windows(2).any(|pair| {
+            let is_cut = pair[1].t - pair[0].t <= Self::CUT_S;
+            is_cut && after_s < pair[1].t && pair[1].t <= until_s
+        })
+    }
+
     /// The view at the time, for a picture of this size. Before the first and after the last
     /// keyframe it stands still; a NaN is taken as the beginning.
     pub fn view_at(&self, t: f64, viewport_px: [u32; 2]) -> CameraView {
@@ -232,7 +244,8 @@ impl Flight {
         let [x, y, height, heading, pitch, fov] = match self.keyframes.get(index + 1) {
             Some(next) => {
                 let width = next.t - self.keyframes[index].t;
-                let fraction = (t - self.keyframes[index].t) / width;
+                let is_cut = width <= Self::CUT_S && t < next.t;
+                let fraction = if is_cut { 0.0 } else { (t - self.keyframes[index].t) / width };
                 self.curves.each_ref().map(|curve| curve.value(index, fraction, width))
             }
             None => {

@@ -19,10 +19,24 @@ pub struct FrameRecord {
     /// Work of the GPU by its own timestamps, milliseconds; `None` where it has none. Of a frame that
     /// was not waited for, that of the latest picture whose timestamps were back.
     pub gpu_ms: Option<f64>,
-    /// Selection of tiles on the CPU, milliseconds.
+    /// Selection of tiles on the CPU, milliseconds. This and the five that follow are the stages of
+    /// `cpu_ms`, in their order but for this one.
     pub select_ms: f64,
+    /// Taking in what the GPU has sent back, milliseconds.
+    pub receive_ms: f64,
+    /// Taking in what was loaded, handing it to the GPU and asking for more, milliseconds.
+    pub stream_ms: f64,
+    /// Tables, uniforms and meshes, milliseconds.
+    pub set_up_ms: f64,
+    /// Recording the picture's commands, and those of what later frames need to know, milliseconds.
+    pub draw_ms: f64,
+    /// Submitting the commands, milliseconds.
+    pub submit_ms: f64,
     /// Tiles selected, before each layer maps them to those it has.
     pub tiles_selected: u64,
+    /// Tiles left out before merging because no pixel saw them, though the box round all that was seen
+    /// holds them; 0 where all of the box counts as visible.
+    pub tiles_hidden: u64,
     /// Tiles uploaded, both layers.
     pub tiles_new: u64,
     /// Tiles wanted but not resident yet, both layers.
@@ -47,6 +61,10 @@ pub struct FrameRecord {
     pub upload_uniform_bytes: u64,
     /// Bytes read back from the GPU.
     pub readback_bytes: u64,
+    /// Texels of heights among the bytes to the GPU, gutters included.
+    pub upload_dem_texels: u64,
+    /// Texels of colour among the bytes to the GPU, gutters included.
+    pub upload_dom_texels: u64,
     /// How many frames ago the region that tiles were selected by was drawn; `None` before the
     /// first, and for a strategy that goes without.
     pub region_age_frames: Option<u64>,
@@ -74,6 +92,51 @@ impl FrameRecord {
         self.upload_mesh_bytes = totals.get(ByteCause::Mesh);
         self.upload_uniform_bytes = totals.get(ByteCause::Uniform);
         self.readback_bytes = totals.get(ByteCause::Readback);
+        self.upload_dem_texels = totals.texels(ByteCause::Dem);
+        self.upload_dom_texels = totals.texels(ByteCause::Dom);
+    }
+
+    /// The columns of bytes by name: the file's, the sum to the GPU, its five parts, the readback.
+    pub fn byte_columns(&self) -> [(&'static str, u64); 8] {
+        [
+            ("disk_bytes", self.disk_bytes),
+            ("upload_bytes", self.upload_bytes),
+            ("upload_dem_bytes", self.upload_dem_bytes),
+            ("upload_dom_bytes", self.upload_dom_bytes),
+            ("upload_table_bytes", self.upload_table_bytes),
+            ("upload_mesh_bytes", self.upload_mesh_bytes),
+            ("upload_uniform_bytes", self.upload_uniform_bytes),
+            ("readback_bytes", self.readback_bytes),
+        ]
+    }
+
+    /// The columns of milliseconds on the CPU by name, in the order of a frame's stages.
+    pub fn stage_columns(&self) -> [(&'static str, f64); 6] {
+        [
+            ("receive_ms", self.receive_ms),
+            ("select_ms", self.select_ms),
+            ("stream_ms", self.stream_ms),
+            ("set_up_ms", self.set_up_ms),
+            ("draw_ms", self.draw_ms),
+            ("submit_ms", self.submit_ms),
+        ]
+    }
+
+    /// The record without what depends on a clock, which is the same whenever the same is drawn.
+    #[must_use]
+    pub fn without_times(self) -> Self {
+        Self {
+            frame_ms: 0.0,
+            cpu_ms: 0.0,
+            gpu_ms: None,
+            select_ms: 0.0,
+            receive_ms: 0.0,
+            stream_ms: 0.0,
+            set_up_ms: 0.0,
+            draw_ms: 0.0,
+            submit_ms: 0.0,
+            ..self
+        }
     }
 
     /// Takes in the work of a later frame: counts, bytes and times add up; what describes the state
@@ -83,6 +146,11 @@ impl FrameRecord {
         self.frame_ms += earlier.frame_ms;
         self.cpu_ms += earlier.cpu_ms;
         self.select_ms += earlier.select_ms;
+        self.receive_ms += earlier.receive_ms;
+        self.stream_ms += earlier.stream_ms;
+        self.set_up_ms += earlier.set_up_ms;
+        self.draw_ms += earlier.draw_ms;
+        self.submit_ms += earlier.submit_ms;
         self.tiles_new += earlier.tiles_new;
         self.tiles_evicted += earlier.tiles_evicted;
         self.disk_bytes += earlier.disk_bytes;
@@ -93,6 +161,8 @@ impl FrameRecord {
         self.upload_mesh_bytes += earlier.upload_mesh_bytes;
         self.upload_uniform_bytes += earlier.upload_uniform_bytes;
         self.readback_bytes += earlier.readback_bytes;
+        self.upload_dem_texels += earlier.upload_dem_texels;
+        self.upload_dom_texels += earlier.upload_dom_texels;
         self.coordinate_pass_drawn |= earlier.coordinate_pass_drawn;
     }
 
@@ -110,33 +180,38 @@ impl FrameRecord {
 
     fn columns(&self) -> Vec<(&'static str, String)> {
         let optional = |value: Option<String>| value.unwrap_or_default();
+        let ms = |ms: f64| format!("{ms:.4}");
+        let count = |(name, count): (&'static str, u64)| (name, count.to_string());
         let mut columns = vec![
             ("strategy", csv_field(&self.strategy)),
             ("frame", self.frame.to_string()),
             ("time_s", format!("{:.6}", self.time_s)),
-            ("frame_ms", format!("{:.4}", self.frame_ms)),
-            ("cpu_ms", format!("{:.4}", self.cpu_ms)),
-            ("gpu_ms", optional(self.gpu_ms.map(|ms| format!("{ms:.4}")))),
-            ("select_ms", format!("{:.4}", self.select_ms)),
+            ("frame_ms", ms(self.frame_ms)),
+            ("cpu_ms", ms(self.cpu_ms)),
+            ("gpu_ms", optional(self.gpu_ms.map(ms))),
+            ("select_ms", ms(self.select_ms)),
+            ("receive_ms", ms(self.receive_ms)),
+            ("stream_ms", ms(self.stream_ms)),
+            ("set_up_ms", ms(self.set_up_ms)),
+            ("draw_ms", ms(self.draw_ms)),
+            ("submit_ms", ms(self.submit_ms)),
             ("tiles_selected", self.tiles_selected.to_string()),
+            ("tiles_hidden", self.tiles_hidden.to_string()),
             ("tiles_new", self.tiles_new.to_string()),
             ("tiles_missing", self.tiles_missing.to_string()),
             ("tiles_evicted", self.tiles_evicted.to_string()),
             ("tiles_resident", self.tiles_resident.to_string()),
-            ("disk_bytes", self.disk_bytes.to_string()),
-            ("upload_bytes", self.upload_bytes.to_string()),
-            ("upload_dem_bytes", self.upload_dem_bytes.to_string()),
-            ("upload_dom_bytes", self.upload_dom_bytes.to_string()),
-            ("upload_table_bytes", self.upload_table_bytes.to_string()),
-            ("upload_mesh_bytes", self.upload_mesh_bytes.to_string()),
-            ("upload_uniform_bytes", self.upload_uniform_bytes.to_string()),
-            ("readback_bytes", self.readback_bytes.to_string()),
+        ];
+        columns.extend(self.byte_columns().map(count));
+        columns.extend([
+            ("upload_dem_texels", self.upload_dem_texels.to_string()),
+            ("upload_dom_texels", self.upload_dom_texels.to_string()),
             ("region_age_frames", optional(self.region_age_frames.map(|age| age.to_string()))),
             ("finest_level", self.finest_level.to_string()),
             ("coordinate_pass_drawn", self.coordinate_pass_drawn.to_string()),
             ("blocks_drawn", self.blocks_drawn.to_string()),
             ("triangles_drawn", self.triangles_drawn.to_string()),
-        ];
+        ]);
         let errors = self.errors.columns().into_iter();
         columns.extend(
             errors.map(|(name, error)| (name, optional(error.map(|error| format!("{error:.6}"))))),
@@ -178,7 +253,10 @@ mod tests {
     fn unknown_values_are_empty_and_awkward_text_is_quoted() {
         let record = FrameRecord { strategy: "a,\"b\"".into(), frame: 3, ..FrameRecord::default() };
         let row = record.csv_row();
-        assert!(row.starts_with("\"a,\"\"b\"\"\",3,0.000000,0.0000,0.0000,,0.0000,0,"), "{row}");
+        assert!(
+            row.starts_with("\"a,\"\"b\"\"\",3,0.000000,0.0000,0.0000,,0.0000,0.0000,"),
+            "{row}"
+        );
     }
 
     #[test]

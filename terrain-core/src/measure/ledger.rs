@@ -31,16 +31,22 @@ impl ByteCause {
     }
 }
 
-/// Bytes by cause.
+/// Bytes by cause, and the texels in them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ByteTotals {
     bytes: [u64; ByteCause::ALL.len()],
+    texels: [u64; ByteCause::ALL.len()],
 }
 
 impl ByteTotals {
     /// Bytes that moved for the cause.
     pub fn get(&self, cause: ByteCause) -> u64 {
         self.bytes[cause as usize]
+    }
+
+    /// Texels that moved for the cause, however many bytes they took.
+    pub fn texels(&self, cause: ByteCause) -> u64 {
+        self.texels[cause as usize]
     }
 
     /// Bytes to the GPU, all causes together.
@@ -65,10 +71,17 @@ impl FrameLedger {
         *total = total.saturating_add(bytes);
     }
 
+    /// Counts the texels, gutters included, that bytes counted for the cause hold.
+    pub fn add_texels(&mut self, cause: ByteCause, texels: u64) {
+        let total = &mut self.totals.texels[cause as usize];
+        *total = total.saturating_add(texels);
+    }
+
     /// Counts what another ledger has counted.
     pub fn add_all(&mut self, totals: &ByteTotals) {
         for cause in ByteCause::ALL {
             self.add(cause, totals.get(cause));
+            self.add_texels(cause, totals.texels(cause));
         }
     }
 
@@ -93,8 +106,13 @@ mod tests {
         for (power, cause) in ByteCause::ALL.into_iter().enumerate() {
             ledger.add(cause, 10_u64.pow(power as u32));
             ledger.add(cause, 10_u64.pow(power as u32));
+            ledger.add_texels(cause, power as u64);
         }
+        let mut sum = FrameLedger::default();
+        sum.add_all(&ledger.totals());
+        assert_eq!(sum.totals(), ledger.totals());
         let totals = ledger.take();
+        assert_eq!(totals.texels(ByteCause::Disk), 6);
         assert_eq!(totals.get(ByteCause::Dem), 2);
         assert_eq!(totals.get(ByteCause::Disk), 2_000_000);
         assert_eq!(totals.upload_bytes(), 22_222, "readback and disk are no uploads");

@@ -2,7 +2,7 @@
 //! exact ones.
 
 mod camera_spec;
-mod demo_flights;
+pub mod equal_error;
 pub mod error;
 mod flight;
 mod flight_recorder;
@@ -10,7 +10,9 @@ mod frame_record;
 mod ledger;
 mod monotone_curve;
 pub mod motion;
+mod planned_flights;
 pub mod report;
+pub mod rest;
 pub mod sweep;
 
 pub use camera_spec::{CameraHeight, CameraSpec, CameraSpecError};
@@ -18,6 +20,7 @@ pub use flight::{Flight, FlightError, Keyframe};
 pub use flight_recorder::FlightRecorder;
 pub use frame_record::FrameRecord;
 pub use ledger::{ByteCause, ByteTotals, FrameLedger};
+pub use planned_flights::{FlightGround, PlannedFlight, UnknownFlight};
 
 #[cfg(test)]
 mod tests;

@@ -12,6 +12,8 @@ use crate::RendererSettings;
 pub enum Knob {
     /// Pixels a texel may fill before its tile is split: `texel_px`.
     TexelPx,
+    /// Both `texel_px` and `triangle_px`, in multiples of what they are.
+    Detail,
     /// Slots of the caches and with them the most tiles of a selection: `4x4`.
     Cache,
     /// Size of the mesh's triangles in pixels.
@@ -20,6 +22,8 @@ pub enum Knob {
     CoordinateSize,
     /// Frames that a coordinate image is held back before it is used.
     ReadbackLatency,
+    /// What counts as visible: `box` or `exact`.
+    Visibility,
     /// Datasets, for instance of the same sources in other encodings.
     Dataset,
 }
@@ -44,12 +48,14 @@ pub enum KnobError {
 
 impl Knob {
     /// All knobs and what they are called on the command line.
-    pub const NAMES: [(Self, &'static str); 6] = [
+    pub const NAMES: [(Self, &'static str); 8] = [
         (Self::TexelPx, "texel-px"),
+        (Self::Detail, "detail"),
         (Self::Cache, "cache"),
         (Self::TrianglePx, "triangle-px"),
         (Self::CoordinateSize, "coordinate-size"),
         (Self::ReadbackLatency, "readback-latency"),
+        (Self::Visibility, "visibility"),
         (Self::Dataset, "dataset"),
     ];
 
@@ -82,6 +88,12 @@ impl Knob {
         let turned = match self {
             Self::TexelPx => RendererSettings { texel_px: positive()?, ..settings },
             Self::TrianglePx => RendererSettings { triangle_px: positive()?, ..settings },
+            Self::Detail => {
+                let factor = positive()?;
+                let texel_px = factor * settings.texel_px;
+                let triangle_px = factor * settings.triangle_px;
+                RendererSettings { texel_px, triangle_px, ..settings }
+            }
             Self::Cache => {
                 let [cache_columns, cache_rows] = sides(RendererSettings::MOST_SLOTS_A_SIDE)?;
                 let max_tiles = RendererSettings::most_tiles_of(cache_columns, cache_rows);
@@ -95,6 +107,10 @@ impl Knob {
                 let frames = frames.ok_or_else(|| wrong(expected))?;
                 RendererSettings { readback_latency_frames: frames, ..settings }
             }
+            Self::Visibility => {
+                let visibility = value.parse().map_err(|_| wrong(expected))?;
+                RendererSettings { visibility, ..settings }
+            }
             Self::Dataset => settings,
         };
         // A run must not be called after a value that it was not drawn with.
@@ -106,9 +122,13 @@ impl Knob {
         match self {
             Self::TexelPx => "a number from 0.1 to 64",
             Self::TrianglePx => "a number from 1 to 64",
+            Self::Detail => {
+                "a factor that leaves texels of 0.1 to 64 and triangles of 1 to 64 pixels"
+            }
             Self::Cache => "two numbers in range, such as 8x6",
             Self::CoordinateSize => "two numbers from 8 to 2048, such as 160x90",
             Self::ReadbackLatency => "a number of frames from 0 to 16",
+            Self::Visibility => "box or exact",
             Self::Dataset => "a folder",
         }
     }
@@ -185,6 +205,10 @@ mod tests {
         let plain = RendererSettings::default();
         assert_eq!(turned("texel-px=2"), RendererSettings { texel_px: 2.0, ..plain });
         assert_eq!(turned("triangle-px=12.5"), RendererSettings { triangle_px: 12.5, ..plain });
+        let fine = RendererSettings { texel_px: 2.0, triangle_px: 8.0, ..plain };
+        let finer = RendererSettings { texel_px: 1.0, triangle_px: 4.0, ..plain };
+        assert_eq!(Knob::Detail.turned(fine, "0.5"), Ok(finer));
+        assert!(Knob::Detail.turned(fine, "0.1").is_err(), "triangles below a pixel");
         let cache = turned("cache=8x4");
         assert_eq!((cache.cache_columns, cache.cache_rows, cache.max_tiles), (8, 4, 28));
         assert_eq!(turned("coordinate-size=80x45").coordinate_size_px, [80, 45]);

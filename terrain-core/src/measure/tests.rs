@@ -1,11 +1,10 @@
-//! Flights: their files, their paths, those recorded and those made for a dataset.
+//! Flights: their files, their paths and those recorded.
 
-use glam::{DVec2, dvec2, dvec3};
+use glam::dvec3;
 use proptest::prelude::*;
 
 use super::*;
 use crate::CameraView;
-use crate::tiling::Extent;
 
 const VIEWPORT: [u32; 2] = [640, 360];
 
@@ -169,95 +168,19 @@ fn a_recording_keeps_moves_and_rests_with_few_keyframes() {
 }
 
 #[test]
-fn forward_keeps_its_speed_and_hovering_stays() {
-    let start = CameraView { heading_deg: 90.0, ..view_at_x(7.0) };
-    let forward = Flight::forward("local", &start, 25.0, 4.0).unwrap();
-    for frame in 0..forward.frame_count() {
-        let t = forward.frame_time_s(frame);
-        let eye = forward.view_at(t, VIEWPORT).eye;
-        assert!((eye - dvec3(7.0 + 25.0 * t, 20.0, 300.0)).length() < 1e-9, "{eye} at {t}");
+fn a_cut_holds_the_view_before_it() {
+    let [here, there] = [keyframe(0.0, 1.0, 10.0), keyframe(3.0, 9.0e5, 200.0)];
+    let hold = |t: f64, keyframe: Keyframe| Keyframe { t, ..keyframe };
+    let cut = 3.0 - 0.5 * Flight::CUT_S;
+    let flight = flight(vec![here, hold(cut, here), there, hold(4.0, there)]);
+    for t in [0.0, 1.5, cut, 3.0 - 0.1 * Flight::CUT_S] {
+        assert_eq!(flight.view_at(t, VIEWPORT).eye.x, 1.0, "{t}");
     }
-    let hover = Flight::hover("local", &start, 2.0).unwrap();
-    assert!(
-        (0..hover.frame_count()).all(|f| hover.view_at(hover.frame_time_s(f), VIEWPORT) == start)
-    );
-    assert!(Flight::hover("local", &start, 0.0).is_err());
-}
-
-/// Degrees between where the view looks and where `target` is.
-fn aim_error_deg(view: &CameraView, target: glam::DVec3) -> f64 {
-    view.forward().angle_between(target - view.eye).to_degrees()
-}
-
-#[test]
-fn an_orbit_looks_at_its_target_from_all_sides() {
-    let target = dvec3(5.0e5, 6.8e6, 1_200.0);
-    let orbit = Flight::orbit("local", target, 4_000.0, 2_500.0, 20.0).unwrap();
-    let mut turned_deg = 0.0;
-    let mut before = orbit.view_at(0.0, VIEWPORT);
-    assert!(
-        (before.eye - dvec3(5.0e5, 6.8e6 - 4_000.0, 2_500.0)).length() < 1e-6,
-        "from the south"
-    );
-    for frame in 0..orbit.frame_count() {
-        let view = orbit.view_at(orbit.frame_time_s(frame), VIEWPORT);
-        let radius_m = (view.eye - target).truncate().length();
-        assert!((radius_m / 4_000.0 - 1.0).abs() < 0.01, "{radius_m}");
-        assert!(aim_error_deg(&view, target) < 1.0);
-        turned_deg += angle_between_deg(view.heading_deg, before.heading_deg);
-        before = view;
+    for t in [3.0, 3.5, 4.0, 5.0] {
+        assert_eq!(flight.view_at(t, VIEWPORT).eye.x, 9.0e5, "{t}");
     }
-    assert!((turned_deg - 360.0).abs() < 1e-6, "once round, clockwise: {turned_deg}");
-}
-
-#[test]
-fn a_tour_shows_the_whole_then_the_summit_and_never_meets_the_ground() {
-    for side_m in [10_000.0, 60_000.0, 2.0e7] {
-        let extent =
-            Extent::new(dvec2(4.0e5, -3.0e6), dvec2(4.0e5 + 1.3 * side_m, -3.0e6 + side_m));
-        let summit = extent.min + 0.35 * extent.size_m();
-        // A rugged country with one clear summit.
-        let ground_m = |point: DVec2| {
-            let waves = (point * (40.0 / side_m)).map(f64::sin).element_sum();
-            let away = (point - summit).length() / side_m;
-            0.01 * side_m * waves + 0.12 * side_m * (-60.0 * away * away).exp()
-        };
-        let grid = (0..250_000).map(|i| dvec2(f64::from(i % 500), f64::from(i / 500)) / 499.0);
-        let on_ground = |p: DVec2| p.extend(ground_m(p));
-        let peak = grid
-            .map(|part| on_ground(extent.min + part * extent.size_m()))
-            .max_by(|a, b| a.z.total_cmp(&b.z))
-            .unwrap();
-        let tour = Flight::tour("local", &extent, &ground_m).unwrap();
-        let [mut lowest_m, mut summit_frames] = [f64::INFINITY, 0.0];
-        for frame in 0..tour.frame_count() {
-            let view = tour.view_at(tour.frame_time_s(frame), VIEWPORT);
-            let clearance_m = view.eye.z - ground_m(view.eye.truncate());
-            assert!(clearance_m > 0.01 * side_m, "{side_m}: {clearance_m} m above ground");
-            lowest_m = clearance_m.min(lowest_m);
-            summit_frames += f64::from(u8::from(aim_error_deg(&view, peak) < 5.0));
-        }
-        assert!(lowest_m < 0.1 * side_m, "{side_m}: never low");
-        assert!(summit_frames > 0.5 * tour.frame_count() as f64, "{side_m}: {summit_frames}");
-        let wide = tour.view_at(0.0, VIEWPORT);
-        let corners = [extent.min, extent.max, dvec2(extent.min.x, extent.max.y)];
-        for corner in corners {
-            let way = 0.5 * (corner + extent.centre());
-            let pixel = wide.pixel_from_world(way.extend(0.0)).unwrap();
-            assert!(
-                (0.0..640.0).contains(&pixel[0]) && (0.0..360.0).contains(&pixel[1]),
-                "{pixel:?}"
-            );
-        }
-    }
-}
-
-#[test]
-fn a_tour_of_nowhere_is_an_error_and_unknown_ground_is_not() {
-    let point = Extent::new(DVec2::ZERO, DVec2::ZERO);
-    let lost = Extent::new(DVec2::NAN, DVec2::NAN);
-    assert!(Flight::tour("local", &lost, &|_| 0.0).is_err());
-    let somewhere = Extent::new(DVec2::ZERO, DVec2::splat(1.0e4));
-    assert!(Flight::tour("local", &somewhere, &|_| f64::NAN).is_ok());
-    assert!(Flight::tour("local", &point, &|_| 5.0).is_err());
+    assert!(flight.is_cut_between(2.9, 3.0) && flight.is_cut_between(2.0, 3.5));
+    assert!(!flight.is_cut_between(0.0, 2.9) && !flight.is_cut_between(3.0, 4.0));
+    let ends_with_cut = Flight::new("local", 30.0, flight.keyframes()[..3].to_vec()).unwrap();
+    assert_eq!(ends_with_cut.view_at(3.0, VIEWPORT).eye.x, 9.0e5);
 }

@@ -4,6 +4,10 @@
 //! [`TerrainMethod`] carries its steps out. Strategies that differ only in which tiles they choose
 //! share a method, so that a comparison of them compares nothing else.
 
+mod drawn_tiles;
+mod gpu_tile_scheduling;
+mod region_state;
+mod tile_cache_size;
 mod tile_scheduling;
 
 use std::sync::Arc;
@@ -11,6 +15,7 @@ use std::time::Duration;
 
 use glam::DVec2;
 
+use self::gpu_tile_scheduling::GpuTileScheduling;
 use self::tile_scheduling::TileScheduling;
 use crate::CameraView;
 use crate::dataset::TileSource;
@@ -151,15 +156,18 @@ pub(crate) struct MethodKey {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum MethodKind {
     TileScheduling,
+    GpuTileScheduling,
 }
 
 impl MethodKey {
     pub fn of(settings: &RendererSettings) -> Self {
         let kind = match settings.strategy {
             Strategy::RttQuadtree | Strategy::CpuFrustum => MethodKind::TileScheduling,
+            Strategy::RttQuadtreeGpu => MethodKind::GpuTileScheduling,
         };
         let made_for = match kind {
             MethodKind::TileScheduling => TileScheduling::made_for(settings),
+            MethodKind::GpuTileScheduling => GpuTileScheduling::made_for(settings),
         };
         Self { kind, settings: made_for }
     }
@@ -177,5 +185,6 @@ pub(crate) fn open_method(
 ) -> Result<Box<dyn TerrainMethod>, RenderError> {
     match MethodKey::of(cx.settings).kind {
         MethodKind::TileScheduling => Ok(Box::new(TileScheduling::open(cx, source, tree)?)),
+        MethodKind::GpuTileScheduling => Ok(Box::new(GpuTileScheduling::open(cx, source, tree)?)),
     }
 }

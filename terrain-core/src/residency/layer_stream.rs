@@ -1,25 +1,18 @@
-use std::collections::{BTreeMap, HashMap};
-use std::sync::Arc;
 use std::time::Duration;
 
-use super::{CachePlan, Placement, TileCache, TileLoader};
-use crate::dataset::{LoadError, Loaded};
+use super::tile_intake::{Taken, TileIntake};
+use super::{CachePlan, Placement, TileCache};
 use crate::tiling::TileId;
 
 /// One layer on its way from disk to the cache: what is loaded, what waits, what could not be had.
-pub struct LayerStream<T: Send + 'static> {
+pub(crate) struct LayerStream<T: Send + 'static> {
     cache: TileCache,
-    loader: TileLoader<Result<Loaded<T>, LoadError>>,
-    /// Loaded tiles that wait for their upload.
-    ready: HashMap<TileId, T>,
-    /// Tiles that cannot be loaded, and why. They are not asked for again: a coarser one shows.
-    failed: BTreeMap<TileId, String>,
-    upload_bytes: fn(&T) -> u64,
+    intake: TileIntake<T>,
     missing: usize,
 }
 
 /// What one frame moves in a layer.
-pub struct LayerUpdate<T> {
+pub(crate) struct LayerUpdate<T> {
     /// Tiles to upload now, and where to.
     pub uploads: Vec<(Placement, T)>,
     /// Bytes read from disk since the last frame.
@@ -29,25 +22,9 @@ pub struct LayerUpdate<T> {
 }
 
 impl<T: Send + 'static> LayerStream<T> {
-    /// A stream into a cache of `columns` x `rows` slots, loading with `threads` workers.
-    /// `upload_bytes` tells how many bytes a tile's upload moves.
-    ///
-    /// # Errors
-    /// Where the system gives no thread.
-    pub fn new(
-        (columns, rows): (u32, u32),
-        threads: usize,
-        load: Arc<dyn Fn(TileId) -> Result<Loaded<T>, LoadError> + Send + Sync>,
-        upload_bytes: fn(&T) -> u64,
-    ) -> std::io::Result<Self> {
-        Ok(Self {
-            cache: TileCache::new(columns, rows),
-            loader: TileLoader::new(threads, load)?,
-            ready: HashMap::new(),
-            failed: BTreeMap::new(),
-            upload_bytes,
-            missing: 0,
-        })
+    /// A stream of what the intake takes in, into a cache of `columns` x `rows` slots.
+    pub fn new((columns, rows): (u32, u32), intake: TileIntake<T>) -> Self {
+        Self { cache: TileCache::new(columns, rows), intake, missing: 0 }
     }
 
     /// The cache.
@@ -76,68 +53,33 @@ impl<T: Send + 'static> LayerStream<T> {
         shown
     }
 
-    /// Gives the stream a tile that was loaded elsewhere; it waits for its upload.
-    pub fn supply(&mut self, tile: TileId, payload: T) {
-        self.ready.insert(tile, payload);
-    }
-
     /// Takes what has been loaded, plans the frame and asks for what is missing. Never waits.
     ///
     /// `wanted` is in order of priority; `frame` never falls.
     pub fn update(&mut self, wanted: &[TileId], budget_bytes: u64, frame: u64) -> LayerUpdate<T> {
-        let mut update = LayerUpdate { uploads: Vec::new(), disk_bytes: 0, failures: Vec::new() };
-        self.take_loaded(&mut update);
+        let Taken { disk_bytes, failures } = self.intake.take_loaded();
         let wanted = wanted
             .iter()
             .copied()
-            .filter(|tile| !self.failed.contains_key(tile))
+            .filter(|&tile| !self.intake.has_failed(tile))
             .collect::<Vec<_>>();
-        let (ready, upload_bytes) = (&self.ready, self.upload_bytes);
-        let plan = self.cache.plan(
-            &wanted,
-            &|tile| ready.get(&tile).map(upload_bytes),
-            budget_bytes,
-            frame,
-        );
-        self.carry_out(&plan, &mut update);
-        update
+        let ready = |tile| self.intake.ready_bytes(tile);
+        let plan = self.cache.plan(&wanted, &ready, budget_bytes, frame);
+        LayerUpdate { uploads: self.carry_out(&plan), disk_bytes, failures }
     }
 
     /// Waits until everything asked for is loaded, at most for `timeout`.
     pub fn wait(&self, timeout: Duration) {
-        self.loader.wait_all(timeout);
+        self.intake.wait(timeout);
     }
 
-    fn take_loaded(&mut self, update: &mut LayerUpdate<T>) {
-        for (tile, result) in self.loader.poll() {
-            match result {
-                Ok(loaded) => {
-                    update.disk_bytes += loaded.disk_bytes;
-                    self.ready.insert(tile, loaded.tile);
-                }
-                Err(error) => self.give_up(tile, error.to_string(), update),
-            }
-        }
-        for panic in self.loader.take_panics() {
-            self.give_up(panic.tile, panic.to_string(), update);
-        }
-    }
-
-    fn give_up(&mut self, tile: TileId, reason: String, update: &mut LayerUpdate<T>) {
-        update.failures.push(reason.clone());
-        self.failed.insert(tile, reason);
-    }
-
-    fn carry_out(&mut self, plan: &CachePlan, update: &mut LayerUpdate<T>) {
-        for &placement in &plan.uploads {
-            // The cache places only tiles it was told are ready.
-            if let Some(payload) = self.ready.remove(&placement.tile) {
-                update.uploads.push((placement, payload));
-            }
-        }
+    fn carry_out(&mut self, plan: &CachePlan) -> Vec<(Placement, T)> {
+        // The cache places only tiles it was told are ready.
+        let upload = |&placement: &Placement| Some((placement, self.intake.take(placement.tile)?));
+        let uploads = plan.uploads.iter().filter_map(upload).collect();
         // What is loaded but no longer wanted is dropped; what waits for budget stays.
-        self.ready.retain(|tile, _| plan.deferred.contains(tile));
-        self.loader.set_wanted(&plan.requests);
+        self.intake.ask(&plan.requests, |tile| plan.deferred.contains(&tile));
         self.missing = plan.missing;
+        uploads
     }
 }

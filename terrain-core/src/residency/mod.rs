@@ -2,13 +2,21 @@
 //! the queue of tiles to load. Plans only, no GPU.
 
 mod layer_stream;
+#[cfg(test)]
+pub(crate) mod managed_slots;
 mod offset_table;
+mod slot_stream;
 mod tile_cache;
+mod tile_in_slot;
+mod tile_intake;
 mod tile_loader;
 
-pub use layer_stream::{LayerStream, LayerUpdate};
+pub(crate) use layer_stream::LayerStream;
 pub use offset_table::{OffsetEntry, OffsetTable, slot_origin_texels};
+pub(crate) use slot_stream::{SlotStream, SlotUpdate};
 pub use tile_cache::{CachePlan, Placement, TileCache};
+pub(crate) use tile_in_slot::TileInSlot;
+pub(crate) use tile_intake::TileIntake;
 pub use tile_loader::{LoadPanic, TileLoader};
 
 #[cfg(test)]

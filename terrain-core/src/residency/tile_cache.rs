@@ -199,7 +199,7 @@ impl TileCache {
 }
 
 /// How many of the tiles fit the budget together, in order; at least one, where there is one.
-fn affordable_uploads(waiting: &[(TileId, u64)], budget_bytes: u64) -> usize {
+pub(super) fn affordable_uploads<T>(waiting: &[(T, u64)], budget_bytes: u64) -> usize {
     let mut total_bytes = 0_u64;
     let fitting = waiting.iter().take_while(|(_, bytes)| {
         total_bytes = total_bytes.saturating_add(*bytes);

@@ -1,11 +1,12 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use super::eye_units::{EyeUnits, SplitDistances};
 use super::sort_keys::{FarthestOrder, PriorityOrder};
-use super::subdivide::{LISTED_AT_MOST, is_split};
+use super::subdivide::LISTED_AT_MOST;
 use super::view_pyramid::{ViewPyramid, WorldBox};
 use super::{
-    Selection, SelectionConfig, SelectionStatistics, SelectionStrategy, TileTree, VisibleRegion,
+    SeenGround, Selection, SelectionConfig, SelectionStatistics, SelectionStrategy, TileTree,
 };
 use crate::CameraView;
 use crate::tiling::TileId;
@@ -21,7 +22,7 @@ impl SelectionStrategy for CpuFrustum {
     fn select(
         &self,
         tree: &TileTree,
-        _region: Option<&VisibleRegion>,
+        _seen: Option<SeenGround<'_>>,
         view: &CameraView,
         config: &SelectionConfig,
     ) -> Selection {
@@ -76,51 +77,52 @@ pub fn select_by_frustum(
         }
         too_coarse.extend(listed[first..].iter().filter_map(|&seen| sight.to_split(seen)));
     }
-    let keys = listed.into_iter().map(|seen| PriorityOrder::new(seen.distance_m, seen.tile));
+    let keys = listed.into_iter().map(|seen| PriorityOrder::new(seen.distance, seen.tile));
     let statistics = SelectionStatistics { subdivided: keys.len(), ..Default::default() };
     Selection::in_order(keys.collect(), statistics)
 }
 
-/// A tile and the distance in metres of its nearest point.
+/// A tile and the squared distance of its nearest point.
 #[derive(Clone, Copy)]
 struct SeenTile {
     tile: TileId,
-    distance_m: f64,
+    distance: u64,
 }
 
 /// What the view can see of the tree, and how large.
 struct Sight<'a> {
     tree: &'a TileTree,
-    view: &'a CameraView,
     vertical_exaggeration: f64,
-    /// The threshold of the error in radians.
-    split_factor: f64,
+    eye: EyeUnits,
+    split_below: SplitDistances,
     pyramid: ViewPyramid,
 }
 
 impl<'a> Sight<'a> {
-    fn new(tree: &'a TileTree, view: &'a CameraView, config: &SelectionConfig) -> Self {
+    fn new(tree: &'a TileTree, view: &CameraView, config: &SelectionConfig) -> Self {
+        let eye = EyeUnits::new(tree, view.eye, config.vertical_exaggeration);
         Self {
             tree,
-            view,
             vertical_exaggeration: config.vertical_exaggeration,
-            split_factor: config.texel_px * view.pixel_angle_rad(),
+            split_below: eye.split_below(tree, config.texel_px * view.pixel_angle_rad()),
+            eye,
             pyramid: ViewPyramid::new(view),
         }
     }
 
     fn seen(&self, tile: TileId) -> SeenTile {
-        let distance_m = self.tree.distance_m(tile, self.view.eye, self.vertical_exaggeration);
-        SeenTile { tile, distance_m }
+        SeenTile { tile, distance: self.tree.squared_distance(tile, &self.eye) }
     }
 
     /// Where the tile is too coarse and there are finer ones, its place in the order of splitting: by
     /// distance counted in its own texels, which is the error's reciprocal.
     fn to_split(&self, seen: SeenTile) -> Option<Reverse<FarthestOrder>> {
-        let SeenTile { tile, distance_m } = seen;
-        let distance_texels = distance_m / self.tree.texel_size_m(tile.level);
-        is_split(self.tree, tile, distance_m, self.split_factor)
-            .then(|| Reverse(FarthestOrder::new(distance_texels, tile)))
+        let SeenTile { tile, distance } = seen;
+        // Squares of distances in texels, but for a factor all share. Floats, since an integer would
+        // not hold them: of numbers that are not negative, the bits are in the numbers' order.
+        let in_texels = distance as f64 * f64::from(1_u32 << tile.level).powi(2);
+        (distance < self.split_below[usize::from(tile.level)])
+            .then(|| Reverse(FarthestOrder::new(in_texels.to_bits(), tile)))
     }
 
     /// The tile's children that hold data in view.

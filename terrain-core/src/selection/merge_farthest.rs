@@ -140,6 +140,6 @@ struct Candidate {
 
 impl Candidate {
     fn new(index: u32, node: &Node) -> Self {
-        Self { order: FarthestOrder::new(node.distance_m, node.tile), index }
+        Self { order: FarthestOrder::new(node.distance, node.tile), index }
     }
 }

@@ -9,9 +9,13 @@
 //! `cpu-frustum` is the traditional way, without a look at what the GPU drew: [`select_by_frustum`].
 
 mod cpu_frustum;
+mod eye_units;
+mod ground_units;
 mod merge_farthest;
 mod regularize;
 mod rtt_quadtree;
+mod seen_tiles;
+mod selection_params;
 mod sort_keys;
 mod strategy;
 mod subdivide;
@@ -19,18 +23,24 @@ mod tile_list;
 mod tile_selection;
 mod tile_tree;
 mod view_pyramid;
+mod visibility;
 mod visible_region;
 
 pub use cpu_frustum::select_by_frustum;
 pub use merge_farthest::merge_farthest;
 pub use regularize::regularize;
 pub use rtt_quadtree::select;
+#[cfg(test)]
+pub(crate) use seen_tiles::SeenTiles;
+pub(crate) use selection_params::{SelectionParams, height_units};
 pub use strategy::{SelectionStrategy, Strategy, UnknownStrategy};
+pub(crate) use subdivide::LISTED_AT_MOST;
 pub use subdivide::{SelectionConfig, subdivide};
 pub use tile_list::TileList;
 pub use tile_selection::{Selection, SelectionStatistics};
 pub use tile_tree::{LayerTree, TileTree};
-pub use visible_region::{CoordinateImage, VisibleRegion, visible_region};
+pub use visibility::{UnknownVisibility, Visibility};
+pub use visible_region::{CoordinateImage, SeenGround, VisibleRegion, visible_region};
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

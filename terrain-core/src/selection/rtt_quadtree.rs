@@ -1,5 +1,5 @@
 use super::{
-    Selection, SelectionConfig, SelectionStatistics, SelectionStrategy, TileTree, VisibleRegion,
+    SeenGround, Selection, SelectionConfig, SelectionStatistics, SelectionStrategy, TileTree,
     merge_farthest, regularize, subdivide,
 };
 use crate::CameraView;
@@ -15,30 +15,35 @@ impl SelectionStrategy for RttQuadtree {
     fn select(
         &self,
         tree: &TileTree,
-        region: Option<&VisibleRegion>,
+        seen: Option<SeenGround<'_>>,
         view: &CameraView,
         config: &SelectionConfig,
     ) -> Selection {
-        select(tree, region, view, config)
+        select(tree, seen, view, config)
     }
 }
 
 /// Steps 2 to 4 of the paper's tile selection, in its order: subdivision, regularisation, merging.
 ///
-/// The region comes from [`visible_region()`](super::visible_region()), and may be that of a view some
-/// frames old; without one (an empty view) the selection is level 0. See [`subdivide()`],
+/// What was seen comes from [`visible_region()`](super::visible_region()), and may be of a view some
+/// frames old; without any (an empty view) the selection is level 0. See [`subdivide()`],
 /// [`regularize()`] and [`merge_farthest()`] for what each does and where it departs from the paper.
 pub fn select(
     tree: &TileTree,
-    region: Option<&VisibleRegion>,
+    seen: Option<SeenGround<'_>>,
     view: &CameraView,
     config: &SelectionConfig,
 ) -> Selection {
-    let mut list = subdivide(tree, region, view, config);
+    let mut list = subdivide(tree, seen, view, config);
     let subdivided = list.len();
     let regularized_away = regularize(&mut list);
     let merges = merge_farthest(&mut list, config.max_tiles);
-    let statistics =
-        SelectionStatistics { subdivided, regularized_away, merges, ..Default::default() };
+    let statistics = SelectionStatistics {
+        subdivided,
+        regularized_away,
+        merges,
+        hidden: list.hidden(),
+        finest_level: 0,
+    };
     Selection::in_order(list.priorities(), statistics)
 }

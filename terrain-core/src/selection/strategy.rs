@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cpu_frustum::CpuFrustum;
 use super::rtt_quadtree::RttQuadtree;
-use super::{Selection, SelectionConfig, TileTree, VisibleRegion};
+use super::{SeenGround, Selection, SelectionConfig, TileTree};
 use crate::CameraView;
 
 /// A way to choose the tiles a view is drawn with.
@@ -19,8 +19,8 @@ pub trait SelectionStrategy: Sync {
 
     /// The tiles for the view; the same for the same arguments.
     ///
-    /// * `region`: the ground last seen, perhaps by a view some frames old; `None` for an empty view
-    ///   and wherever [`Self::needs_region`] is false.
+    /// * `seen`: the ground last seen, perhaps by a view some frames old; `None` for an empty view and
+    ///   wherever [`Self::needs_region`] is false.
     /// * `view`: the camera of the frame to be drawn.
     ///
     /// Whatever the strategy, level 0 is on the selection, every other tile exists in a layer of the
@@ -29,7 +29,7 @@ pub trait SelectionStrategy: Sync {
     fn select(
         &self,
         tree: &TileTree,
-        region: Option<&VisibleRegion>,
+        seen: Option<SeenGround<'_>>,
         view: &CameraView,
         config: &SelectionConfig,
     ) -> Selection;
@@ -43,6 +43,9 @@ pub enum Strategy {
     /// merged; see [`select()`](super::select()).
     #[default]
     RttQuadtree,
+    /// The paper's future work: the same choice made on the GPU, the cache's slots assigned there as
+    /// well, so that only the list of missing tiles is read back.
+    RttQuadtreeGpu,
     /// The traditional way: a quadtree against the view frustum by screen-space error; see
     /// [`select_by_frustum()`](super::select_by_frustum()).
     CpuFrustum,
@@ -55,20 +58,22 @@ pub struct UnknownStrategy(pub String);
 
 impl Strategy {
     /// Every strategy.
-    pub const ALL: [Self; 2] = [Self::RttQuadtree, Self::CpuFrustum];
+    pub const ALL: [Self; 3] = [Self::RttQuadtree, Self::RttQuadtreeGpu, Self::CpuFrustum];
 
     /// The name on the command line, in records and reports.
     pub const fn name(self) -> &'static str {
         match self {
             Self::RttQuadtree => "rtt-quadtree",
+            Self::RttQuadtreeGpu => "rtt-quadtree-gpu",
             Self::CpuFrustum => "cpu-frustum",
         }
     }
 
-    /// What carries the strategy out.
+    /// How tiles are chosen, as far as they are on the CPU: of a strategy that chooses on the GPU the
+    /// twin, which gives the same.
     pub fn implementation(self) -> &'static dyn SelectionStrategy {
         match self {
-            Self::RttQuadtree => &RttQuadtree,
+            Self::RttQuadtree | Self::RttQuadtreeGpu => &RttQuadtree,
             Self::CpuFrustum => &CpuFrustum,
         }
     }

@@ -1,7 +1,8 @@
+use super::eye_units::EyeUnits;
+use super::seen_tiles::SeenTiles;
 use super::tile_list::Child;
-use super::{TileList, TileTree, VisibleRegion};
+use super::{SeenGround, TileList, TileTree};
 use crate::CameraView;
-use crate::tiling::TileId;
 
 /// What the selection is to reach and to keep within.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +25,7 @@ impl Default for SelectionConfig {
 
 /// Tiles beyond which nothing more is split, whatever the threshold: a bound on time and memory for
 /// settings that ask for the absurd.
-pub(super) const LISTED_AT_MOST: usize = 1 << 16;
+pub(crate) const LISTED_AT_MOST: usize = 1 << 16;
 
 /// Step 2 of the paper's tile selection: quadtree subdivision by distance.
 ///
@@ -37,46 +38,49 @@ pub(super) const LISTED_AT_MOST: usize = 1 << 16;
 /// 4. Go on with the next level, to the finest.
 ///
 /// Departures: the paper leaves the threshold open; here a tile is split while its texel, seen from
-/// the distance of the tile's nearest point ([`TileTree::distance_m`]), appears larger than
+/// the distance of the tile's nearest point (to the box of its extent and height range, in whole
+/// units), appears larger than
 /// [`SelectionConfig::texel_px`]. Children that hold no data are not stored and never chosen. Once
-/// 65,536 tiles are listed, nothing more is split.
+/// 65,536 tiles are found, nothing more is split. With an image, tiles within the box that none of its
+/// pixels saw do not come on the list; they are counted, [`TileList::hidden`], unless the tiles that were
+/// seen are too many to keep: then all of the box counts.
 ///
-/// Without a region (an empty view) the list holds level 0 alone.
+/// Where nothing was seen (an empty view) the list holds level 0 alone.
 pub fn subdivide(
     tree: &TileTree,
-    region: Option<&VisibleRegion>,
+    seen: Option<SeenGround<'_>>,
     view: &CameraView,
     config: &SelectionConfig,
 ) -> TileList {
-    let exaggeration = config.vertical_exaggeration;
-    let mut list = TileList::new(tree, view.eye, exaggeration);
-    let Some(region) = region else { return list };
-    let split_factor = config.texel_px * view.pixel_angle_rad();
+    let eye = EyeUnits::new(tree, view.eye, config.vertical_exaggeration);
+    let mut list = TileList::new(tree, &eye);
+    let Some(seen) = seen else { return list };
+    let split_below = eye.split_below(tree, config.texel_px * view.pixel_angle_rad());
+    let bounds = seen.region.fixed_box(&tree.scheme);
+    let image = seen.image;
+    let exact = image.and_then(|image| SeenTiles::of_image(image, tree, &eye, &split_below));
+    let is_seen = |tile| exact.as_ref().is_none_or(|exact| exact.contains(tile));
     let mut next = TileList::ROOT;
     // Nodes are appended level by level, so going through them in order is going level by level.
-    while (next as usize) < list.nodes().len() && list.len() < LISTED_AT_MOST {
+    while (next as usize) < list.nodes().len() && list.nodes().len() < LISTED_AT_MOST {
         let node = *list.node(next);
-        if is_split(tree, node.tile, node.distance_m, split_factor) {
+        if node.distance < split_below[usize::from(node.tile.level)] {
             for (quadrant, child) in node.tile.children().into_iter().enumerate() {
-                let extent = tree.scheme.tile_extent(child);
                 if !tree.contains(child) {
                     if tree.is_empty_ground(child) {
                         list.set_child(next, quadrant, Child::EMPTY);
                     }
-                } else if extent.touches(&region.extent) {
-                    let distance_m = tree.distance_within_m(&extent, child, view.eye, exaggeration);
-                    let index = list.add_child(next, child, distance_m);
-                    list.set_listed(index, true);
+                } else if bounds.touches(child) {
+                    let index = list.add_child(next, child, tree.squared_distance(child, &eye));
+                    if node.is_hidden || !is_seen(child) {
+                        list.hide(index);
+                    } else {
+                        list.set_listed(index, true);
+                    }
                 }
             }
         }
         next += 1;
     }
     list
-}
-
-/// Whether the tile's texel appears larger than the threshold: `split_factor` is the threshold in
-/// radians, so the comparison is texel size over distance without the division by a distance of 0.
-pub(super) fn is_split(tree: &TileTree, tile: TileId, distance_m: f64, split_factor: f64) -> bool {
-    tile.level < tree.finest_level() && tree.texel_size_m(tile.level) > split_factor * distance_m
 }

@@ -1,6 +1,5 @@
-use glam::DVec3;
-
 use super::TileTree;
+use super::eye_units::EyeUnits;
 use super::sort_keys::PriorityOrder;
 use crate::tiling::TileId;
 
@@ -13,19 +12,23 @@ pub struct TileList {
     /// Ancestors stand before their descendants; the root is node 0.
     nodes: Vec<Node>,
     listed: usize,
+    hidden: usize,
 }
 
 /// One tile of the list's quadtree.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     pub tile: TileId,
-    /// Distance in metres from the eye, as [`TileTree::distance_m`] has it.
-    pub distance_m: f64,
+    /// Squared distance from the eye in units, as [`TileTree::squared_distance`] has it; at least the
+    /// parent's, whose ground holds the tile's.
+    pub distance: u64,
     /// Index of the parent; the root's own for the root.
     pub parent: u32,
     /// The children in the order of [`TileId::children`].
     pub children: [Child; 4],
     pub is_listed: bool,
+    /// In the box round what was seen but not seen itself: never on the list, nor what is below it.
+    pub is_hidden: bool,
 }
 
 /// What a list knows of a tile's child: its node, or why there is none. Four bytes, so that a whole
@@ -50,32 +53,26 @@ impl TileList {
     pub(super) const ROOT: u32 = 0;
 
     /// The list that holds level 0 alone.
-    pub fn new(tree: &TileTree, eye: DVec3, vertical_exaggeration: f64) -> Self {
+    pub(super) fn new(tree: &TileTree, eye: &EyeUnits) -> Self {
         let root = Node {
             tile: TileId::ROOT,
-            distance_m: tree.distance_m(TileId::ROOT, eye, vertical_exaggeration),
+            distance: tree.squared_distance(TileId::ROOT, eye),
             parent: Self::ROOT,
             children: [Child::UNKNOWN; 4],
             is_listed: true,
+            is_hidden: false,
         };
-        Self { nodes: vec![root], listed: 1 }
+        Self { nodes: vec![root], listed: 1, hidden: 0 }
     }
 
     /// The list of level 0 and these tiles. Tiles that do not exist are left out.
     #[cfg(test)]
-    pub fn of_tiles(
-        tree: &TileTree,
-        eye: DVec3,
-        vertical_exaggeration: f64,
-        tiles: &[TileId],
-    ) -> Self {
-        let mut list = Self::new(tree, eye, vertical_exaggeration);
+    pub(super) fn of_tiles(tree: &TileTree, eye: &EyeUnits, tiles: &[TileId]) -> Self {
+        let mut list = Self::new(tree, eye);
         for &tile in tiles.iter().filter(|&&tile| tree.contains(tile)) {
             let mut node = Self::ROOT;
             for level in 1..=tile.level {
-                node = list.child_node(tree, node, tile.ancestor_at(level), |ancestor| {
-                    tree.distance_m(ancestor, eye, vertical_exaggeration)
-                });
+                node = list.child_node(tree, node, tile.ancestor_at(level), eye);
             }
             list.set_listed(node, true);
         }
@@ -85,6 +82,11 @@ impl TileList {
     /// Number of tiles on the list, level 0 counted.
     pub fn len(&self) -> usize {
         self.listed
+    }
+
+    /// Number of tiles that only the box round what was seen would have brought on the list.
+    pub fn hidden(&self) -> usize {
+        self.hidden
     }
 
     /// Never: level 0 is always on the list.
@@ -100,7 +102,7 @@ impl TileList {
     /// The tiles on the list by priority, not yet sorted.
     pub(super) fn priorities(&self) -> Vec<PriorityOrder> {
         let listed = self.nodes.iter().filter(|node| node.is_listed);
-        listed.map(|node| PriorityOrder::new(node.distance_m, node.tile)).collect()
+        listed.map(|node| PriorityOrder::new(node.distance, node.tile)).collect()
     }
 
     pub(super) fn nodes(&self) -> &[Node] {
@@ -116,17 +118,24 @@ impl TileList {
     }
 
     /// Adds a node for a child of `parent`, not yet on the list.
-    pub(super) fn add_child(&mut self, parent: u32, tile: TileId, distance_m: f64) -> u32 {
+    pub(super) fn add_child(&mut self, parent: u32, tile: TileId, distance: u64) -> u32 {
         let index = self.nodes.len() as u32;
         self.nodes.push(Node {
             tile,
-            distance_m,
+            distance: distance.max(self.node(parent).distance),
             parent,
             children: [Child::UNKNOWN; 4],
             is_listed: false,
+            is_hidden: false,
         });
         self.set_child(parent, tile.quadrant() as usize, Child(index));
         index
+    }
+
+    /// Keeps a tile that is not on the list from ever being on it.
+    pub(super) fn hide(&mut self, index: u32) {
+        self.nodes[index as usize].is_hidden = true;
+        self.hidden += 1;
     }
 
     /// Puts a tile on the list or takes it off. The root stays whatever is asked.
@@ -153,13 +162,7 @@ impl TileList {
     /// The node of `tile`, a child of `parent`'s tile, added together with what is known of its
     /// siblings where it is new.
     #[cfg(test)]
-    fn child_node(
-        &mut self,
-        tree: &TileTree,
-        parent: u32,
-        tile: TileId,
-        distance_m: impl Fn(TileId) -> f64,
-    ) -> u32 {
+    fn child_node(&mut self, tree: &TileTree, parent: u32, tile: TileId, eye: &EyeUnits) -> u32 {
         if let Some(node) = self.node(parent).children[tile.quadrant() as usize].node() {
             return node;
         }
@@ -168,6 +171,6 @@ impl TileList {
                 self.set_child(parent, quadrant, Child::EMPTY);
             }
         }
-        self.add_child(parent, tile, distance_m(tile))
+        self.add_child(parent, tile, tree.squared_distance(tile, eye))
     }
 }

@@ -23,6 +23,9 @@ pub struct SelectionStatistics {
     pub regularized_away: usize,
     /// Merges of a farthest tile.
     pub merges: usize,
+    /// Tiles subdivision left out because no pixel saw them, though the box round all that was seen
+    /// holds them.
+    pub hidden: usize,
     /// Finest level of the selection.
     pub finest_level: u8,
 }

@@ -1,5 +1,4 @@
-use glam::{DVec2, DVec3};
-
+use super::eye_units::EyeUnits;
 use crate::dataset::{HeightRanges, TileSource};
 use crate::tiling::{Extent, LayerLayout, TileId, TileSet, TilingScheme};
 
@@ -76,27 +75,9 @@ impl TileTree {
         layout.texel_size_m(&self.scheme, level)
     }
 
-    /// Distance in metres from the eye to the nearest point the tile's ground may have: the box of
-    /// its extent and its (exaggerated) height range.
-    pub fn distance_m(&self, tile: TileId, eye: DVec3, vertical_exaggeration: f64) -> f64 {
-        self.distance_within_m(&self.scheme.tile_extent(tile), tile, eye, vertical_exaggeration)
-    }
-
-    /// [`Self::distance_m`] of a tile whose extent is known already.
-    pub(super) fn distance_within_m(
-        &self,
-        extent: &Extent,
-        tile: TileId,
-        eye: DVec3,
-        vertical_exaggeration: f64,
-    ) -> f64 {
-        let eye_on_map = eye.truncate();
-        let horizontal_m = (extent.min - eye_on_map).max(eye_on_map - extent.max).max(DVec2::ZERO);
-        let vertical_m = self.height_ranges.range(tile).map_or(0.0, |range| {
-            let a = f64::from(range.min_m) * vertical_exaggeration;
-            let b = f64::from(range.max_m) * vertical_exaggeration;
-            (a.min(b) - eye.z).max(eye.z - a.max(b)).max(0.0)
-        });
-        horizontal_m.extend(vertical_m).length()
+    /// Squared distance in units from the eye to the nearest point the tile's ground may have: the box
+    /// of its extent and its (exaggerated) height range.
+    pub(super) fn squared_distance(&self, tile: TileId, eye: &EyeUnits) -> u64 {
+        eye.squared_distance(tile, eye.heights(self.height_ranges.range(tile)))
     }
 }

@@ -1,7 +1,8 @@
 use glam::{DVec2, dvec2};
 
+use super::ground_units::{FixedBox, GroundUnits};
 use crate::CameraView;
-use crate::tiling::Extent;
+use crate::tiling::{Extent, TilingScheme};
 
 /// What the coordinate pass saw: the ground under every pixel, and the view it was drawn for.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,20 +24,74 @@ pub struct CoordinateImage {
 /// The ground in view, as the paper takes it: the smallest axis-aligned box round all of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisibleRegion {
-    /// The box.
-    pub extent: Extent,
+    /// The point the offsets count from: x east and y north in metres of the CRS.
+    pub origin: DVec2,
+    /// The box's south-west corner, metres east and north of `origin`.
+    pub min_m: [f32; 2],
+    /// Its north-east corner.
+    pub max_m: [f32; 2],
     /// Pixels that see ground, at least 1.
     pub covered_pixels: u32,
 }
 
+/// The ground last seen, perhaps by a view some frames old.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenGround<'a> {
+    /// The box round it.
+    pub region: &'a VisibleRegion,
+    /// The image the box was found in, where only what its pixels saw counts as visible and not all of
+    /// the box.
+    pub image: Option<&'a CoordinateImage>,
+}
+
+impl<'a> SeenGround<'a> {
+    /// All of the box counts as visible.
+    pub fn of_box(region: &'a VisibleRegion) -> Self {
+        Self { region, image: None }
+    }
+}
+
 impl VisibleRegion {
+    /// The region of all of an extent, with corners as near to the extent's as floats come.
+    pub fn of_extent(extent: &Extent) -> Self {
+        let max_m = extent.size_m().as_vec2().to_array();
+        Self { origin: extent.min, min_m: [0.0; 2], max_m, covered_pixels: 1 }
+    }
+
+    /// The box, metres in the CRS.
+    pub fn extent(&self) -> Extent {
+        let corner =
+            |[east, north]: [f32; 2]| self.origin + dvec2(f64::from(east), f64::from(north));
+        Extent::new(corner(self.min_m), corner(self.max_m))
+    }
+
     /// The region of what either saw.
     pub fn union(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         let (Some(a), Some(b)) = (a, b) else { return a.or(b) };
+        let moved = b.told_from(a.origin);
+        let lesser = |i: usize| a.min_m[i].min(moved.min_m[i]);
+        let greater = |i: usize| a.max_m[i].max(moved.max_m[i]);
         Some(Self {
-            extent: Extent::new(a.extent.min.min(b.extent.min), a.extent.max.max(b.extent.max)),
+            min_m: [lesser(0), lesser(1)],
+            max_m: [greater(0), greater(1)],
             covered_pixels: a.covered_pixels.max(b.covered_pixels),
+            ..a
         })
+    }
+
+    /// The region told from another point.
+    fn told_from(self, origin: DVec2) -> Self {
+        if origin == self.origin {
+            return self;
+        }
+        let extent = self.extent();
+        let from_origin = |corner: DVec2| (corner - origin).as_vec2().to_array();
+        Self { origin, min_m: from_origin(extent.min), max_m: from_origin(extent.max), ..self }
+    }
+
+    /// The box in fixed-point units of the root.
+    pub(super) fn fixed_box(&self, scheme: &TilingScheme) -> FixedBox {
+        GroundUnits::new(scheme, self.origin).box_between(self.min_m, self.max_m)
     }
 }
 
@@ -70,10 +125,12 @@ pub fn visible_region(image: &CoordinateImage) -> Option<VisibleRegion> {
     bounds.add(&last);
 
     let covered_pixels = bounds.covered.iter().sum();
-    let corner = |east: f32, north: f32| image.origin + dvec2(f64::from(east), f64::from(north));
-    let min = corner(smallest(bounds.min_east), smallest(bounds.min_north));
-    let max = corner(largest(bounds.max_east), largest(bounds.max_north));
-    (covered_pixels > 0).then(|| VisibleRegion { extent: Extent::new(min, max), covered_pixels })
+    (covered_pixels > 0).then(|| VisibleRegion {
+        origin: image.origin,
+        min_m: [smallest(bounds.min_east), smallest(bounds.min_north)],
+        max_m: [largest(bounds.max_east), largest(bounds.max_north)],
+        covered_pixels,
+    })
 }
 
 impl Bounds {
@@ -144,8 +201,8 @@ mod tests {
         offsets[19] = [-2.5, 8.0];
         let region = visible_region(&image(7, offsets)).unwrap();
         assert_eq!(region.covered_pixels, 1);
-        assert_eq!(region.extent.min, dvec2(9_999_997.75, 4.5));
-        assert_eq!(region.extent.max, region.extent.min);
+        assert_eq!(region.extent().min, dvec2(9_999_997.75, 4.5));
+        assert_eq!(region.max_m, region.min_m);
     }
 
     proptest! {
@@ -165,8 +222,9 @@ mod tests {
                 .iter()
                 .map(|&point| Extent::new(point, point))
                 .reduce(|a, b| a.union(&b))
-                .map(|extent| VisibleRegion { extent, covered_pixels: ground.len() as u32 });
-            prop_assert_eq!(visible_region(&image), expected);
+                .map(|extent| (extent, ground.len() as u32));
+            let found = visible_region(&image);
+            prop_assert_eq!(found.map(|r| (r.extent(), r.covered_pixels)), expected);
         }
     }
 }

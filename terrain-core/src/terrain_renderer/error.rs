@@ -1,7 +1,7 @@
 use crate::CameraError;
 use crate::dataset::LoadError;
 use crate::gpu::GpuError;
-use crate::resident_terrain::OpenTerrainError;
+use crate::layer_loading::OpenTerrainError;
 
 /// Why a frame could not be drawn, or a renderer not be made.
 #[derive(Debug, thiserror::Error)]

@@ -1,5 +1,7 @@
 //! What a frame did, for those who measure.
 
+use std::time::Instant;
+
 use super::TerrainRenderer;
 use crate::measure::FrameRecord;
 use crate::method::Moved;
@@ -13,19 +15,29 @@ impl TerrainRenderer {
         self.timer.latest_ms()
     }
 
-    /// The record of the frame just recorded.
-    pub(super) fn record(&mut self, moved: Moved, coordinate_pass_drawn: bool) -> FrameRecord {
-        let mut record = FrameRecord {
-            strategy: self.settings.strategy.to_string(),
-            frame: self.frame,
-            gpu_ms: self.timer.latest_ms(),
-            tiles_new: moved.new,
-            tiles_evicted: moved.evicted,
-            coordinate_pass_drawn,
-            ..Default::default()
-        };
-        self.method.describe(&self.settings, &mut record);
+    /// Fills in what the frame just recorded did, times left out.
+    pub(super) fn describe(&mut self, record: &mut FrameRecord, moved: Moved) {
+        record.strategy = self.settings.strategy.to_string();
+        record.frame = self.frame;
+        record.gpu_ms = self.timer.latest_ms();
+        (record.tiles_new, record.tiles_evicted) = (moved.new, moved.evicted);
+        self.method.describe(&self.settings, record);
         record.set_bytes(&self.ledger.take());
-        record
+    }
+}
+
+/// Tells how long each stage of a frame took.
+pub(super) struct StageClock(Instant);
+
+impl StageClock {
+    pub fn new() -> Self {
+        Self(Instant::now())
+    }
+
+    /// Milliseconds since the last call.
+    pub fn ms(&mut self) -> f64 {
+        let now = Instant::now();
+        let stage = now - std::mem::replace(&mut self.0, now);
+        stage.as_secs_f64() * 1.0e3
     }
 }

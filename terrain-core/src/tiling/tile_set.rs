@@ -110,6 +110,14 @@ impl TileSet {
         words[word] |= bit;
     }
 
+    /// The set as runs of neighbouring tiles: level, row, and the first and last column of each run, in
+    /// the order of the tiles.
+    pub fn runs(&self) -> impl Iterator<Item = (u8, u32, (u32, u32))> + '_ {
+        self.rows
+            .iter()
+            .flat_map(|(&(level, row), runs)| runs.iter().map(move |&run| (level, row, run)))
+    }
+
     /// Every tile, coarsest level first, then by row and column.
     pub fn iter(&self) -> impl Iterator<Item = TileId> + '_ {
         self.rows.iter().flat_map(|(&(level, row), runs)| {

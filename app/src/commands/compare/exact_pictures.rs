@@ -14,7 +14,7 @@ use terrain_core::{CameraView, RendererSettings};
 /// Most memory for pictures that further runs over the same flight will want again.
 const MOST_KEPT_BYTES: usize = 1 << 30;
 
-/// The exact pictures of a flight's frames.
+/// The exact pictures of a flight's frames, one flight after the other.
 pub struct ExactPictures {
     scene: ReferenceScene,
     settings: ReferenceSettings,
@@ -34,6 +34,12 @@ impl ExactPictures {
             kept: HashMap::new(),
             kept_bytes: 0,
         })
+    }
+
+    /// Forgets the pictures, for those of another flight.
+    pub fn begin_flight(&mut self) {
+        self.kept.clear();
+        self.kept_bytes = 0;
     }
 
     /// The exact picture of the view, which is that of the flight's frame of this number.

@@ -1,45 +1,64 @@
 //! `terrain compare`: what frames of a flight cost and how far they are from the exact picture.
 
+mod comparison;
 mod course;
 mod exact_pictures;
+mod film_strip;
 mod page;
+mod plans;
 mod run_summary;
-mod sweep_plots;
 mod worst_frames;
 mod write;
 
-use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use anyhow::{Context, ensure};
+use anyhow::Context;
 use clap::Args;
-use terrain_core::RendererSettings;
-use terrain_core::dataset::{Dataset, TileSource};
-use terrain_core::gpu::AdapterChoice;
-use terrain_core::measure::Flight;
+use terrain_core::dataset::{Dataset, HeightEncoding, Manifest, TileSource};
+use terrain_core::gpu::{AdapterChoice, GpuContext};
+use terrain_core::measure::PlannedFlight;
 use terrain_core::measure::sweep::{Knob, Sweep};
-use terrain_core::selection::Strategy;
+use terrain_core::selection::{Strategy, UnknownStrategy};
 
-use self::course::{Course, RunPlan};
+use self::comparison::ErrorColumn;
+use self::course::{Course, Rules, RunResult};
 use self::exact_pictures::ExactPictures;
 use self::page::{Page, Scene};
+use self::plans::RunPlan;
+use crate::arg_values::positive;
 use crate::commands::fly::frames_to_draw;
-use crate::drawing_args::{DrawingArgs, Size, strategies};
+use crate::drawing_args::{DrawingArgs, Size};
+use crate::headless::Headless;
 use crate::interrupt::flag_on_ctrl_c;
 use crate::progress::FrameProgress;
 use crate::{flights, output};
+
+/// More runs than so many keep their worst frame alone, or none.
+const FEW_RUNS: usize = 3;
+const MANY_RUNS: usize = 24;
+/// Worst frames that each of few runs keeps.
+const WORST_KEPT: usize = 3;
+
+/// What stands for all flights, and for all strategies.
+const ALL: &str = "all";
+
+/// Settings that every strategy is swept through to find its cost at an error.
+const QUALITIES: [&str; 7] = ["0.5", "0.71", "1", "1.41", "2", "2.83", "4"];
 
 /// What to compare.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  terrain compare alps --flight valley.json --out comparison
+  terrain compare alps --flight valley --out comparison
+  terrain compare alps --flights all --strategies all --equal-error --settle --only-measured \\
+      --error-every 60 --out table
   terrain compare alps --sweep texel-px=0.5,1,2,4 --frames-at 60 --error-every 6 --out sweep
   terrain compare alps --sweep dataset=alps-bc7,alps-jpeg --settle --out encodings
 
 Knobs of a sweep, and a value of each:
   texel-px=1               pixels a texel may fill before its tile is split
+  detail=0.5               texel-px and triangle-px together, in multiples of what they are
   cache=6x6                slots of the caches, and with them the most tiles of a selection
   triangle-px=8            size of the mesh's triangles in pixels
   coordinate-size=160x90   size of the coordinate pass
@@ -50,23 +69,43 @@ pub struct CompareArgs {
     /// The dataset, a folder made by terrain prepare; exact pictures are taken of it
     dataset: PathBuf,
 
-    /// The flight to fly [default: a tour of the dataset]
-    #[arg(long, value_name = "FILE.json")]
-    flight: Option<PathBuf>,
+    /// The flights to fly, with commas between them: files, or tour, forward-low, forward-high, spin,
+    /// orbit, climb-and-descend, valley, teleport, hover; `all` is all of these but the tour
+    #[arg(
+        long,
+        visible_alias = "flight",
+        value_name = "FILE.json|NAME,..",
+        value_delimiter = ',',
+        default_value = "tour"
+    )]
+    flights: Vec<PathBuf>,
 
-    /// How tiles are selected, a run each, with commas between them [default: that of --strategy]
+    /// How tiles are selected, a run each, with commas between them; `all` is every strategy [default:
+    /// that of --strategy]
     #[arg(
         long,
         value_name = "STRATEGY,..",
-        value_delimiter = ',',
-        value_parser = strategies(),
+        value_parser = strategy_list,
         conflicts_with = "strategy"
     )]
-    strategies: Vec<Strategy>,
+    strategies: Option<StrategyList>,
 
     /// Fly once for each value of a knob
     #[arg(long, value_name = "KNOB=V,V,..")]
     sweep: Option<Sweep>,
+
+    /// Compare costs at equal error: each strategy is swept, by --sweep or through texel-px=0.5 to 4, and
+    /// its cost taken at the tightest errors that all of them reach on a flight
+    #[arg(long)]
+    equal_error: bool,
+
+    /// The mean FLIP error to compare costs at, instead of the tightest
+    #[arg(long, value_name = "FLIP", requires = "equal_error", value_parser = positive())]
+    at_flip: Option<f64>,
+
+    /// The screen-space error (pixels, 99 %) to compare costs at, instead of the tightest
+    #[arg(long, value_name = "PIXELS", requires = "equal_error", value_parser = positive())]
+    at_screen_error: Option<f64>,
 
     /// The folder for frames.csv, summary.json, report.html and pictures of the worst frames
     #[arg(long, value_name = "DIR")]
@@ -88,130 +127,165 @@ pub struct CompareArgs {
     #[arg(long)]
     settle: bool,
 
+    /// Draw only the frames whose error is measured; of all others choose, load and send tiles: the same
+    /// tiles and bytes in less time, but no times of frames
+    #[arg(long, requires = "settle")]
+    only_measured: bool,
+
+    /// Fly every flight a second time with what the first has left in memory
+    #[arg(long)]
+    warm: bool,
+
     #[command(flatten)]
     drawing: DrawingArgs,
 }
 
+/// Strategies as they are given: names with commas between them, or all.
+#[derive(Clone, Debug)]
+struct StrategyList(Vec<Strategy>);
+
+fn strategy_list(text: &str) -> Result<StrategyList, UnknownStrategy> {
+    if text == ALL {
+        return Ok(StrategyList(Strategy::ALL.to_vec()));
+    }
+    Ok(StrategyList(text.split(',').map(str::parse).collect::<Result<_, _>>()?))
+}
+
 /// Flies, measures and writes the report.
 pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
-    let cancelled = flag_on_ctrl_c()?;
     let source: Arc<dyn TileSource> = Arc::new(Dataset::open(&args.dataset)?);
-    let settings = args.drawing.settings(1.0);
-    let plans = plans(args, &source, settings)?;
-    let flight = flight(args, &*source, settings.vertical_exaggeration)?;
+    let gpu = Arc::new(GpuContext::headless(adapter)?);
+    let settings = args.drawing.settings(1.0).for_adapter(gpu.is_software());
+    let strategies = match &args.strategies {
+        None => vec![settings.strategy],
+        Some(list) => list.0.clone(),
+    };
+    let sweep = args.sweep();
+    let plans = plans::plans(&strategies, sweep.as_ref(), &source, settings)?;
+    let courses = courses(args, &*source, settings.vertical_exaggeration, plans.len())?;
     // Before the work, so that a folder that cannot be made costs none.
     std::fs::create_dir_all(&args.out)
         .with_context(|| format!("{}: cannot make the folder", args.out.display()))?;
-    let frames = frames_to_draw(flight.frame_count(), args.frames_at);
-    let size_px = args.size.0;
-    let (error_every, settle) = (args.error_every, args.settle);
-    let course = Course { flight, frames, size_px, error_every, settle, cancelled };
-
-    let mut exact = ExactPictures::new(source, &settings)?;
-    let progress = FrameProgress::new((plans.len() * course.frames.len()) as u64);
-    let (mut done, mut runs, mut adapter_name) = (0, Vec::new(), String::new());
-    for plan in plans {
-        let mut headless = course.open(&plan, adapter)?;
-        adapter_name = headless.adapter_name();
-        runs.push(course.fly(plan, &mut headless, &mut exact, &mut || {
-            done += 1;
-            progress.advance(done);
-        })?);
-    }
-    progress.finish();
-
+    let mut exact = ExactPictures::new(Arc::clone(&source), &settings)?;
+    let runs = fly_all(&courses, &plans, &gpu, &mut exact)?;
     let scene = Scene {
         dataset: name_of(&args.dataset),
-        flight: args.flight.as_deref().map(name_of),
-        adapter: adapter_name,
-        size_px,
-        settle,
-        error_every,
-        knob: args.sweep.as_ref().map(|sweep| sweep.knob),
+        encoding: encoding(source.manifest()),
+        flights: courses.iter().map(|course| course.name.clone()).collect(),
+        adapter: gpu.adapter_name(),
+        is_software: gpu.is_software(),
+        size_px: args.size.0,
+        settle: args.settle,
+        error_every: args.error_every,
+        only_measured: args.only_measured,
+        knob: sweep.map(|sweep| sweep.knob),
+        equal_errors: args.equal_errors(),
     };
     let page = Page::new(scene, runs);
     write::write_all(&args.out, &page)?;
     output::print(&page.text())
 }
 
-/// A run for each strategy and each value of the knob.
-fn plans(
-    args: &CompareArgs,
-    source: &Arc<dyn TileSource>,
-    settings: RendererSettings,
-) -> anyhow::Result<Vec<RunPlan>> {
-    let strategies = match args.strategies.as_slice() {
-        [] => vec![settings.strategy],
-        strategies => strategies.to_vec(),
-    };
-    let mut plans = Vec::new();
-    for strategy in strategies {
-        let plain = || RunPlan {
-            name: strategy.name().to_owned(),
-            settings: RendererSettings { strategy, ..settings },
-            source: Arc::clone(source),
-        };
-        let Some(sweep) = &args.sweep else {
-            plans.push(plain());
-            continue;
-        };
-        for value in &sweep.values {
-            let mut plan = plain();
-            plan.settings = sweep.knob.turned(plan.settings, value)?;
-            let setting = format!("{}={}", sweep.knob.name(), short_value(sweep, value));
-            let many = args.strategies.len() > 1;
-            plan.name = if many { format!("{} {setting}", plan.name) } else { setting };
-            if sweep.knob == Knob::Dataset {
-                plan.source = same_ground(source, Path::new(value))?;
-            }
-            plans.push(plan);
+/// Every run of every flight; each begins with empty caches.
+fn fly_all(
+    courses: &[Course],
+    plans: &[RunPlan],
+    gpu: &Arc<GpuContext>,
+    exact: &mut ExactPictures,
+) -> anyhow::Result<Vec<RunResult>> {
+    let frames = courses.iter().map(Course::frame_count).sum::<u64>();
+    let progress = FrameProgress::new(plans.len() as u64 * frames);
+    let (mut done, mut runs) = (0, Vec::new());
+    for course in courses {
+        exact.begin_flight();
+        for plan in plans {
+            let source = Arc::clone(&plan.source);
+            let size_px = course.rules.size_px;
+            let mut headless = Headless::on(Arc::clone(gpu), source, plan.settings, size_px)?;
+            runs.push(course.fly(plan, &mut headless, exact, &mut || {
+                done += 1;
+                progress.advance(done);
+            })?);
         }
     }
-    check_names(plans.iter().map(|plan| plan.name.as_str()))?;
-    Ok(plans)
+    progress.finish();
+    Ok(runs)
 }
 
-/// Tables, files and plots tell runs apart by their names alone.
-fn check_names<'a>(names: impl IntoIterator<Item = &'a str>) -> anyhow::Result<()> {
-    let mut seen = HashSet::new();
-    for name in names {
-        ensure!(seen.insert(name), "two runs would be called {name}: give each value once");
+impl CompareArgs {
+    /// What is swept, if anything.
+    fn sweep(&self) -> Option<Sweep> {
+        let qualities =
+            || Sweep { knob: Knob::TexelPx, values: QUALITIES.map(str::to_owned).to_vec() };
+        self.sweep.clone().or_else(|| self.equal_error.then(qualities))
     }
-    Ok(())
+
+    /// Errors to compare costs at, with those that are given.
+    fn equal_errors(&self) -> Vec<(ErrorColumn, Option<f64>)> {
+        if !self.equal_error {
+            return Vec::new();
+        }
+        vec![
+            (ErrorColumn::FlipMean, self.at_flip),
+            (ErrorColumn::ScreenErrorPxP99, self.at_screen_error),
+        ]
+    }
 }
 
-/// Folders are known by their last name, unless another of the sweep has the same.
-fn short_value(sweep: &Sweep, value: &str) -> String {
-    let last = |value: &str| name_of(Path::new(value));
-    let namesakes = sweep.values.iter().filter(|other| last(other) == last(value)).count();
-    if sweep.knob == Knob::Dataset && namesakes == 1 { last(value) } else { value.to_owned() }
+/// The flights asked for.
+fn courses(
+    args: &CompareArgs,
+    source: &dyn TileSource,
+    exaggeration: f64,
+    runs_a_flight: usize,
+) -> anyhow::Result<Vec<Course>> {
+    let names = match args.flights.as_slice() {
+        [all] if all.as_os_str() == ALL => {
+            PlannedFlight::measuring().map(|flight| flight.name().into()).collect()
+        }
+        names => names.to_vec(),
+    };
+    let rules = Rules {
+        size_px: args.size.0,
+        error_every: args.error_every,
+        settle: args.settle,
+        only_measured: args.only_measured,
+        warm: args.warm,
+        worst_kept: match names.len() * runs_a_flight {
+            runs if runs <= FEW_RUNS => WORST_KEPT,
+            runs => usize::from(runs <= MANY_RUNS),
+        },
+        cancelled: flag_on_ctrl_c()?,
+    };
+    let course = |path: &PathBuf| {
+        let flight = flights::find(path, source, exaggeration)?;
+        let frames = frames_to_draw(flight.frame_count(), args.frames_at);
+        Ok(Course { name: name_of(path), flight, frames, rules: rules.clone() })
+    };
+    let courses = names.iter().map(course).collect::<anyhow::Result<Vec<_>>>()?;
+    let names = courses.iter().map(|course| course.name.as_str());
+    plans::check_names("flights", names)?;
+    Ok(courses)
 }
 
 fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// Opens a dataset whose pictures can be compared with those of `source`.
-fn same_ground(source: &Arc<dyn TileSource>, folder: &Path) -> anyhow::Result<Arc<dyn TileSource>> {
-    let other = Dataset::open(folder)?;
-    let (ours, theirs) = (source.manifest(), other.manifest());
-    ensure!(
-        ours.crs == theirs.crs && ours.data_extent == theirs.data_extent,
-        "{}: lies elsewhere than the dataset it is to be compared with",
-        folder.display(),
-    );
-    Ok(Arc::new(other))
-}
-
-fn flight(
-    args: &CompareArgs,
-    source: &dyn TileSource,
-    exaggeration: f64,
-) -> anyhow::Result<Flight> {
-    match &args.flight {
-        Some(path) => flights::read(path, source.manifest()),
-        None => flights::tour(source, exaggeration),
-    }
+/// How the tiles are stored, in words.
+fn encoding(manifest: &Manifest) -> String {
+    let heights = match manifest.heights.encoding {
+        HeightEncoding::Steps => format!("16-bit steps of {} m", manifest.heights.step_m),
+        HeightEncoding::Float => "32-bit floats".to_owned(),
+    };
+    let imagery = match &manifest.colours {
+        None => "there is no imagery".to_owned(),
+        Some(colours) => {
+            let (stored, on_gpu) = (colours.encoding, colours.format);
+            format!("imagery as {stored:?}, on the GPU {on_gpu:?}").replace("Rgba8", "RGBA8")
+        }
+    };
+    format!("heights as {heights}, {imagery}")
 }
 
 #[cfg(test)]
@@ -219,16 +293,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn runs_of_one_name_are_refused() {
-        assert!(check_names(["a", "b"]).is_ok());
-        let error = check_names(["a", "b", "a"]).unwrap_err().to_string();
-        assert!(error.contains("called a:"), "{error}");
-    }
-
-    #[test]
-    fn folders_with_the_same_last_name_keep_their_paths() {
-        let sweep = "dataset=x/alps,y/alps,y/jura".parse::<Sweep>().unwrap();
-        let names = sweep.values.iter().map(|value| short_value(&sweep, value));
-        assert_eq!(names.collect::<Vec<_>>(), ["x/alps", "y/alps", "jura"]);
+    fn strategies_are_a_list_or_all_of_them() {
+        let list = |text| strategy_list(text).map(|list| list.0);
+        assert_eq!(list("all"), Ok(Strategy::ALL.to_vec()));
+        let two = vec![Strategy::CpuFrustum, Strategy::RttQuadtree];
+        assert_eq!(list("cpu-frustum,rtt-quadtree"), Ok(two));
+        assert!(list("rtt-quadtree,nothing").unwrap_err().to_string().contains("\"nothing\""));
     }
 }

@@ -1,5 +1,3 @@
-use std::sync::Arc;
-
 use anyhow::Context;
 use image::RgbaImage;
 use image::imageops::{FilterType, replace, resize};
@@ -9,8 +7,6 @@ use terrain_core::reference::ReferencePicture;
 
 use crate::pictures::png_bytes;
 
-/// How many frames of a run are shown.
-const SHOWN: usize = 3;
 /// Width in pixels at which a page shows a panel.
 const PAGE_PANEL_PX: u32 = 480;
 /// Pixels between two panels.
@@ -26,25 +22,32 @@ pub struct WorstFrame {
     pub flip_mean: f64,
     size_px: [u32; 2],
     drawn: Vec<[u8; 4]>,
-    exact: Arc<ReferencePicture>,
+    exact: Vec<[u8; 4]>,
 }
 
 /// The measured frames with the greatest FLIP errors so far.
-#[derive(Default)]
-pub struct WorstFrames(Vec<WorstFrame>);
+pub struct WorstFrames {
+    kept: usize,
+    frames: Vec<WorstFrame>,
+}
 
 impl WorstFrames {
+    /// None yet, and of those to come so many.
+    pub fn new(kept: usize) -> Self {
+        Self { kept, frames: Vec::new() }
+    }
+
     /// Keeps the frame if it is among the worst.
     pub fn consider(&mut self, frame: WorstFrame) {
-        self.0.push(frame);
+        self.frames.push(frame);
         // Of equal frames the earlier comes first.
-        self.0.sort_by(|a, b| b.flip_mean.total_cmp(&a.flip_mean).then(a.frame.cmp(&b.frame)));
-        self.0.truncate(SHOWN);
+        self.frames.sort_by(|a, b| b.flip_mean.total_cmp(&a.flip_mean).then(a.frame.cmp(&b.frame)));
+        self.frames.truncate(self.kept);
     }
 
     /// The frames, the worst first.
     pub fn into_frames(self) -> Vec<WorstFrame> {
-        self.0
+        self.frames
     }
 }
 
@@ -54,23 +57,24 @@ impl WorstFrame {
         record: &FrameRecord,
         size_px: [u32; 2],
         drawn: Vec<[u8; 4]>,
-        exact: Arc<ReferencePicture>,
+        exact: &ReferencePicture,
     ) -> Self {
         let flip_mean = record.errors.flip_mean.unwrap_or(0.0);
+        let exact = exact.rgba.clone();
         Self { frame: record.frame, time_s: record.time_s, flip_mean, size_px, drawn, exact }
     }
 
     /// Picture, exact picture and FLIP errors.
     fn panels(&self) -> anyhow::Result<[RgbaImage; 3]> {
         let errors =
-            flip_errors(&self.exact.rgba, &self.drawn, self.size_px, DEFAULT_PIXELS_PER_DEGREE)?;
+            flip_errors(&self.exact, &self.drawn, self.size_px, DEFAULT_PIXELS_PER_DEGREE)?;
         let errors = errors.into_iter().map(heat_colour).collect::<Vec<_>>();
         let [width, height] = self.size_px;
         let panel = |pixels: &[[u8; 4]]| {
             let picture = RgbaImage::from_raw(width, height, pixels.as_flattened().to_vec());
             picture.context("a picture has not the pixels of its size")
         };
-        Ok([panel(&self.drawn)?, panel(&self.exact.rgba)?, panel(&errors)?])
+        Ok([panel(&self.drawn)?, panel(&self.exact)?, panel(&errors)?])
     }
 
     /// The three panels side by side as one PNG file.

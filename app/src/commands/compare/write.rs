@@ -13,25 +13,34 @@ use crate::output;
 pub fn write_all(folder: &Path, page: &Page) -> anyhow::Result<()> {
     output::write_whole(&folder.join("frames.csv"), frames_csv(&page.runs).as_bytes())?;
     output::write_whole(&folder.join("summary.json"), page.json()?.as_bytes())?;
+    let has_flights = page.runs.iter().any(|run| run.flight != page.runs[0].flight);
     for run in &page.runs {
+        let flight = if has_flights { format!("{}-", run.flight) } else { String::new() };
         for (rank, frame) in run.worst.iter().enumerate() {
-            let name = format!("{}-worst-{}.png", file_name(&run.name), rank + 1);
+            let name = file_name(&format!("{flight}{}-worst-{}.png", run.name, rank + 1));
             output::write_whole(&folder.join(name), &frame.png()?)?;
         }
     }
     output::write_whole(&folder.join("report.html"), page.html()?.as_bytes())
 }
 
-/// A row a frame of each run; the last column tells the run.
+/// A row a frame of each run; the last columns tell the flight, whether memory was empty when it began,
+/// and the run.
 fn frames_csv(runs: &[RunResult]) -> String {
-    let mut table = FrameRecord::csv_header() + ",run\n";
+    let mut table = FrameRecord::csv_header() + ",flight,caches,run\n";
     for run in runs {
-        for record in &run.records {
-            table.push_str(&record.csv_row());
-            table.push_str(&format!(",\"{}\"\n", run.name.replace('"', "\"\"")));
+        for (caches, records) in [("cold", &run.records), ("warm", &run.warm_records)] {
+            for record in records {
+                let (flight, name) = (quoted(&run.flight), quoted(&run.name));
+                table.push_str(&format!("{},{flight},{caches},{name}\n", record.csv_row()));
+            }
         }
     }
     table
+}
+
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('"', "\"\""))
 }
 
 /// The name with what a file's name may not have everywhere replaced.
@@ -41,23 +50,17 @@ fn file_name(name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use terrain_core::selection::Strategy;
-
     use super::*;
 
     #[test]
     fn every_row_has_the_headers_columns() {
-        let records = vec![FrameRecord::default(); 2];
-        let run = RunResult {
-            name: "a \"b\"".into(),
-            strategy: Strategy::default(),
-            records,
-            worst: Vec::new(),
-        };
+        let mut run = RunResult::of_records("a \"b\"", vec![FrameRecord::default(); 2]);
+        run.warm_records = vec![FrameRecord::default()];
         let table = frames_csv(&[run]);
         let lines = table.lines().collect::<Vec<_>>();
-        assert_eq!(lines.len(), 3);
+        assert_eq!(lines.len(), 4);
         assert!(lines[0].ends_with(",run") && lines[2].ends_with(",\"a \"\"b\"\"\""));
+        assert!(lines[1].contains(",cold,") && lines[3].contains(",warm,"));
         assert_eq!(lines[0].split(',').count(), lines[1].split(',').count());
     }
 

@@ -2,17 +2,26 @@ use std::mem::offset_of;
 
 use encase::ShaderType;
 
+use crate::RendererSettings;
 use crate::dataset::HeightSamples;
+use crate::gpu::build_tile_table_pass::{BuildTileTablePass, TableSpace};
 use crate::gpu::derive_heights_pass::DecodeJob;
 use crate::gpu::limit_surface_pass::{CastPixel, LimitUniforms};
+use crate::gpu::manage_tiles_pass::{DeliveriesHead, ManageTilesPass, ManagedLayer, Slot};
 use crate::gpu::mesh_buffers::MeshBuffers;
+use crate::gpu::place_tiles_pass::{Ground, PlacedLayer};
 use crate::gpu::precision_probe::{Answer, Operands, Outcome, Results, Trial};
+use crate::gpu::seen_ground_buffer::SeenGroundBuffer;
+use crate::gpu::select_tiles_pass::SelectTilesPass;
 use crate::gpu::shader_library::{
-    ALL, DERIVE_HEIGHTS, DISPLACE, LIMIT_SURFACE, PRECISION_ENCODINGS, PRECISION_FLOATS,
-    PRECISION_SPAN, Shader, TERRAIN, WITH_OTHER_FLOATS,
+    ALL, BUILD_TILE_TABLE, DERIVE_HEIGHTS, DISPLACE, LIMIT_SURFACE, MANAGE_TILES, MARK_SEEN_TILES,
+    MERGE_TILES, PLACE_TILES, PRECISION_ENCODINGS, PRECISION_FLOATS, PRECISION_SPAN, REDUCE_REGION,
+    SUBDIVIDE_TILES, Shader, TERRAIN, WITH_OTHER_FLOATS,
 };
-use crate::gpu::{FrameUniforms, TableRange, TileEntry, TilePlace};
+use crate::gpu::tile_report::TileReport;
+use crate::gpu::{CoordinatePass, FrameUniforms, TableRange, TileEntry, TilePlace};
 use crate::precision::encodings::{Decoded, EncodedPoint};
+use crate::selection::{LISTED_AT_MOST, SeenTiles, SelectionParams};
 use crate::surface::MeshVertex;
 
 fn parse(shader: &Shader) -> naga::Module {
@@ -116,6 +125,53 @@ fn plain_structs_have_the_same_members_offsets_and_sizes() {
 }
 
 #[test]
+fn structs_of_the_tile_management_have_the_same_members_offsets_and_sizes() {
+    let layer = offsets!(ManagedLayer: slot_count, finest_level, padding);
+    let size = size_of::<ManagedLayer>() as u32;
+    assert_eq!(wgsl_layout(&MANAGE_TILES, "ManagedLayer"), (layer, size));
+    let slot = offsets!(Slot: level, row, column, state, last_wanted);
+    assert_eq!(wgsl_layout(&MANAGE_TILES, "Slot"), (slot, size_of::<Slot>() as u32));
+    let (mut deliveries, _) = wgsl_layout(&MANAGE_TILES, "Deliveries");
+    let tiles = deliveries.pop();
+    assert_eq!(deliveries, offsets!(DeliveriesHead: frame, padding, counts));
+    assert_eq!(tiles, Some(("tiles".to_owned(), size_of::<DeliveriesHead>() as u32)));
+    let (report, size) = wgsl_layout(&MANAGE_TILES, "Report");
+    assert_eq!(report.last(), Some(&("asked".to_owned(), TileReport::HEAD_BYTES as u32)));
+    assert_eq!(u64::from(size), ManageTilesPass::REPORT_BYTES);
+    for (shader, name, value) in [
+        (&MANAGE_TILES, "MOST_SLOTS", ManageTilesPass::MOST_SLOTS),
+        (&MANAGE_TILES, "MOST_ASKED", ManageTilesPass::MOST_ASKED),
+        (&BUILD_TILE_TABLE, "MOST_SLOTS", ManageTilesPass::MOST_SLOTS),
+        (&PLACE_TILES, "MOST_SLOTS", ManageTilesPass::MOST_SLOTS),
+    ] {
+        assert_eq!(wgsl_constant(shader, name), naga::Literal::U32(value), "{name}");
+    }
+    let space = offsets!(TableSpace: entries, nodes);
+    assert_eq!(wgsl_layout(&BUILD_TILE_TABLE, "TableSpace"), (space, 8));
+    let (table, _) = wgsl_layout(&BUILD_TILE_TABLE, "ShownTiles");
+    assert_eq!(table[1].1, BuildTileTablePass::RANGES_BYTES as u32);
+    let layer = offsets!(PlacedLayer: columns, slot_texels, gutter_texels, texels_per_m, step_texels,
+        step_bits, padding);
+    let size = size_of::<PlacedLayer>() as u32;
+    assert_eq!(wgsl_layout(&PLACE_TILES, "PlacedLayer"), (layer, size));
+    let ground = offsets!(Ground: metres_mantissa, metres_exponent, padding, layers);
+    assert_eq!(wgsl_layout(&PLACE_TILES, "Ground"), (ground, size_of::<Ground>() as u32));
+    // Structs that several shaders name.
+    for (name, one, other) in [
+        ("TableRange", &PLACE_TILES, &TERRAIN),
+        ("TableRange", &BUILD_TILE_TABLE, &TERRAIN),
+        ("TilePlace", &PLACE_TILES, &TERRAIN),
+        ("TileEntry", &PLACE_TILES, &TERRAIN),
+        ("ShownSlots", &BUILD_TILE_TABLE, &MANAGE_TILES),
+        ("ShownTiles", &BUILD_TILE_TABLE, &PLACE_TILES),
+    ] {
+        assert_eq!(wgsl_layout(one, name), wgsl_layout(other, name), "{name}");
+    }
+    let slots = RendererSettings::MOST_SLOTS_A_SIDE * RendererSettings::MOST_SLOTS_A_SIDE;
+    assert!(slots <= ManageTilesPass::MOST_SLOTS);
+}
+
+#[test]
 fn structs_of_the_limit_surface_have_the_same_members_offsets_and_sizes() {
     let uniforms = offsets!(
         LimitUniforms: ray_corner, cell_m, ray_per_column, lowest_m, ray_per_row, highest_m, eye,
@@ -154,6 +210,33 @@ fn what_the_precision_probes_send_and_receive_has_the_same_layout() {
 }
 
 #[test]
+fn what_the_selection_goes_by_has_the_same_layout() {
+    let params = offsets!(SelectionParams: eye, doublings, anchor, anchor_from_origin_m, eye_ground,
+        layer_finest, units_per_m, max_tiles, height_levels, is_exact, split_below);
+    let size = size_of::<SelectionParams>() as u32;
+    assert_eq!(wgsl_layout(&MARK_SEEN_TILES, "SelectionParams"), (params, size));
+    let node_bytes = SelectTilesPass::NODE_BYTES as u32;
+    assert_eq!(wgsl_layout(&MERGE_TILES, "TileNode").1, node_bytes);
+    let arena = wgsl_layout(&MERGE_TILES, "TileArena");
+    let nodes = ("nodes".to_owned(), SelectTilesPass::ARENA_HEAD_BYTES as u32);
+    assert_eq!(arena.0.last(), Some(&nodes));
+    let lists = wgsl_layout(&MERGE_TILES, "TileLists");
+    assert_eq!(u64::from(lists.1), SelectTilesPass::LISTS_BYTES);
+    let sky = naga::Literal::F32(CoordinatePass::SKY);
+    assert_eq!(wgsl_constant(&REDUCE_REGION, "SKY"), sky);
+    let pixels = wgsl_constant(&REDUCE_REGION, "SEEN_PIXELS");
+    assert_eq!(pixels, naga::Literal::U32((SeenGroundBuffer::BOX_BYTES / 4) as u32 - 1));
+    let header = wgsl_constant(&REDUCE_REGION, "SEEN_HEADER");
+    assert_eq!(header, naga::Literal::U32((SeenGroundBuffer::HEADER_BYTES / 4) as u32));
+    let across = naga::Literal::U32(SeenTiles::MOST_TILES_ACROSS);
+    assert_eq!(wgsl_constant(&MARK_SEEN_TILES, "MOST_TILES_ACROSS"), across);
+    let most = naga::Literal::U32(SeenTiles::MOST_TILES);
+    assert_eq!(wgsl_constant(&MARK_SEEN_TILES, "MOST_SEEN_TILES"), most);
+    let listed = naga::Literal::U32(LISTED_AT_MOST as u32);
+    assert_eq!(wgsl_constant(&SUBDIVIDE_TILES, "LISTED_AT_MOST"), listed);
+}
+
+#[test]
 fn the_uniforms_have_the_same_members_offsets_and_sizes() {
     let (members, size) = wgsl_layout(&TERRAIN, "FrameUniforms");
     let rust = FrameUniforms::MEMBER_NAMES
@@ -163,6 +246,11 @@ fn the_uniforms_have_the_same_members_offsets_and_sizes() {
         .collect::<Vec<_>>();
     assert_eq!(members, rust);
     assert_eq!(u64::from(size), FrameUniforms::BYTES);
+
+    assert_eq!(
+        FrameUniforms::METADATA.offset(members.len() - 2),
+        FrameUniforms::TABLE_RANGES_OFFSET
+    );
 
     let (members, size) = wgsl_layout(&TERRAIN, "TableRange");
     let names = ["first_entry", "entry_count", "first_node", "root_word"];

@@ -9,6 +9,8 @@ mod mesh;
 mod random_field;
 mod sampling;
 mod sorted_triangles;
+mod tile_management;
+mod tile_selection;
 
 use crate::gpu::{AdapterChoice, GpuContext};
 

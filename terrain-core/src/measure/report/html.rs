@@ -40,6 +40,11 @@ impl HtmlReport {
         self.push(&format!("<h2>{}</h2>", escaped(text)))
     }
 
+    /// Begins a part of a section.
+    pub fn subheading(&mut self, text: &str) -> &mut Self {
+        self.push(&format!("<h3>{}</h3>", escaped(text)))
+    }
+
     /// Adds plain text.
     pub fn paragraph(&mut self, text: &str) -> &mut Self {
         self.push(&format!("<p>{}</p>", escaped(text)))
@@ -129,7 +134,8 @@ fn figure_caption(text: &str) -> String {
 
 /// Whether a cell holds a number, with or without a unit, or nothing.
 fn is_number(cell: &str) -> bool {
-    let first = cell.trim_start_matches(['-', '+', '\u{2212}', '<', '>', '≈', ' ']).chars().next();
+    let first =
+        cell.trim_start_matches(['-', '+', '\u{2212}', '<', '>', '≈', '≤', ' ']).chars().next();
     first.is_none_or(|c| c.is_ascii_digit() || matches!(c, '∞' | '–' | '.'))
 }
 

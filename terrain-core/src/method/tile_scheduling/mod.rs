@@ -3,50 +3,41 @@
 //! Scheduling and Real-time Rendering Method for Large-Scale Terrain"; which tiles, a
 //! [`SelectionStrategy`](crate::selection::SelectionStrategy) says.
 
-mod cache_size;
-mod region_state;
-
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::DVec2;
 
-use self::cache_size::check_cache_fits;
-use self::region_state::{CoordinateState, RegionState};
+use super::drawn_tiles::DrawnTiles;
+use super::region_state::{CoordinateState, RegionState};
 use super::{FrameContext, Moved, SceneState, TerrainMethod};
 use crate::CameraView;
 use crate::dataset::TileSource;
-use crate::frame_setup::{frame_uniforms, mesh_radius, mesh_scale_m};
-use crate::gpu::{
-    CoordinateFeedback, CoordinatePass, DebugImage, FrameBindings, FrameGroup, MeshScene,
-    SceneMeshes, TargetKind, TerrainCache, TerrainPass, TerrainPassSettings,
-};
+use crate::frame_setup::mesh_scale_m;
+use crate::gpu::{CoordinateFeedback, DebugImage, FrameGroup, TargetKind};
 use crate::layer_loading::colour_format;
 use crate::measure::{ByteCause, FrameRecord};
-use crate::renderer_settings::{DebugView, LookupMethod, RendererSettings};
+use crate::renderer_settings::RendererSettings;
 use crate::resident_terrain::ResidentTerrain;
-use crate::selection::{Selection, SelectionConfig, SelectionStrategy, TileTree, visible_region};
+use crate::selection::{
+    Selection, SelectionConfig, SelectionStrategy, TileTree, Visibility, visible_region,
+};
 use crate::terrain_renderer::RenderError;
 use crate::tiling::TileId;
 
 /// Draws a dataset as the tile-scheduling method does.
 pub(super) struct TileScheduling {
     terrain: ResidentTerrain,
-    has_voids: bool,
-    cache: TerrainCache,
-    bindings: FrameBindings,
-    meshes: SceneMeshes,
+    drawn: DrawnTiles,
     feedback: CoordinateFeedback,
     /// The coordinate image asked for in this frame, until it is submitted.
     asked: Option<wgpu::Buffer>,
-    pass: Option<(TerrainPassSettings, TerrainPass)>,
 
     region: Option<RegionState>,
     selection: Selection,
     /// The view and the region's frame, where there was one, the latest selection was made for.
     selected: Option<(CameraView, Option<u64>)>,
-    /// What the latest displacement and coordinate image were made of.
-    displaced: Option<SceneState>,
+    /// What the latest coordinate image was made of.
     coordinates: Option<CoordinateState>,
 }
 
@@ -62,25 +53,17 @@ impl TileScheduling {
     ) -> Result<Self, RenderError> {
         let (gpu, settings) = (cx.gpu, cx.settings);
         let slots = (settings.cache_columns, settings.cache_rows);
-        check_cache_fits(gpu, &tree, slots)?;
         let format = colour_format(&**source, gpu.has_block_compression());
+        let drawn = DrawnTiles::new(cx, source, &tree, format)?;
         let terrain = ResidentTerrain::open(source, tree, format, slots, cx.ledger)?;
-        let device = &gpu.device;
-        let cache = TerrainCache::new(gpu, &terrain.tree, format, slots);
-        let bindings = FrameBindings::new(device, &cache.table, &cache.heights, &cache.colours);
         Ok(Self {
-            has_voids: source.manifest().heights.has_voids,
-            meshes: SceneMeshes::new(device, &bindings, settings.lookup == LookupMethod::Linear),
-            feedback: CoordinateFeedback::new(device, &bindings, settings),
+            feedback: CoordinateFeedback::new(&gpu.device, &drawn.bindings, settings),
             terrain,
-            cache,
-            bindings,
+            drawn,
             asked: None,
-            pass: None,
             region: None,
             selection: Selection { tiles: vec![TileId::ROOT], ..Default::default() },
             selected: None,
-            displaced: None,
             coordinates: None,
         })
     }
@@ -112,10 +95,12 @@ impl TerrainMethod for TileScheduling {
     fn receive(&mut self, cx: &mut FrameContext<'_>) {
         let Some((image, count)) = self.feedback.take_newest(cx.frame) else { return };
         cx.ledger.add(ByteCause::Readback, count * self.feedback.image_bytes());
+        let is_exact = cx.settings.visibility == Visibility::Exact;
         let found = RegionState {
             region: visible_region(&image),
             frame: image.frame,
             view: image.view,
+            image: is_exact.then_some(image),
             images: 1,
             images_of_all: u32::from(self.terrain.missing() == 0),
         };
@@ -136,9 +121,9 @@ impl TerrainMethod for TileScheduling {
             texel_px: settings.texel_px,
             vertical_exaggeration: settings.vertical_exaggeration,
         };
-        let region = state.and_then(|state| state.region.as_ref());
+        let seen = state.and_then(|state| state.seen(settings.visibility));
         let region_frame = state.map(|state| state.frame);
-        self.selection = strategy(settings).select(&self.terrain.tree, region, view, &config);
+        self.selection = strategy(settings).select(&self.terrain.tree, seen, view, &config);
         self.selected = Some((*view, region_frame));
         started.elapsed().as_secs_f64() * 1.0e3
     }
@@ -151,13 +136,8 @@ impl TerrainMethod for TileScheduling {
     ) -> Moved {
         let budget = cx.settings.upload_budget_bytes;
         let arrivals = self.terrain.stream(&self.selection, budget, cx.frame, cx.ledger);
-        let tree = &self.terrain.tree;
-        let sent = self.cache.upload_heights(cx.gpu, encoder, tree, &arrivals.heights);
-        cx.ledger.add(ByteCause::Dem, sent);
-        let sent = self.cache.upload_colours(cx.gpu, encoder, &arrivals.colours);
-        cx.ledger.add(ByteCause::Dom, sent);
-        let moved = Moved { new: arrivals.count() as u64, evicted: arrivals.evicted() as u64 };
-        self.terrain.keep(arrivals.heights);
+        let moved = self.drawn.upload(cx, encoder, &self.terrain.tree, &arrivals);
+        self.terrain.ground.keep(arrivals.heights);
         moved
     }
 
@@ -173,11 +153,9 @@ impl TerrainMethod for TileScheduling {
     ) {
         let scale_m = mesh_scale_m(&self.terrain.tree, self.clearance_m(scene));
         self.set_uniforms(cx, scene, scale_m);
-        self.set_meshes(cx, scene, scale_m);
-        if self.displaced != Some(*scene) {
-            self.displace(encoder, [true, false]);
-            self.displaced = Some(*scene);
-        }
+        let has_coordinates = strategy(&scene.settings).needs_region();
+        let scale = (scale_m, has_coordinates);
+        self.drawn.set_meshes(cx, encoder, &self.terrain.tree, scene, scale);
     }
 
     /// Draws the coordinate pass and asks for its image, unless the scene's was asked for already.
@@ -190,9 +168,9 @@ impl TerrainMethod for TileScheduling {
         if !self.wants_coordinates(scene) || !self.feedback.is_free() {
             return false;
         }
-        self.displace(encoder, [false, true]);
-        let Some(mesh) = self.meshes.coordinates() else { return false };
-        self.asked = self.feedback.record(encoder, &self.bindings, mesh);
+        self.drawn.displace(encoder, [false, true]);
+        let Some(mesh) = self.drawn.meshes.coordinates() else { return false };
+        self.asked = self.feedback.record(encoder, &self.drawn.bindings, mesh);
         if self.asked.is_some() {
             self.coordinates = Some(self.coordinate_state(scene));
         }
@@ -206,25 +184,7 @@ impl TerrainMethod for TileScheduling {
         target: TargetKind,
         scene: &SceneState,
     ) -> &FrameGroup {
-        let settings = TerrainPassSettings {
-            target,
-            linear_lookup: scene.settings.lookup == LookupMethod::Linear,
-            wireframe: scene.settings.wireframe,
-            has_colours: self.terrain.has_colours(),
-            has_voids: self.has_voids,
-            anisotropy: scene.settings.anisotropy,
-            sorts_triangles: scene.settings.debug_view == DebugView::Off,
-            debug_view: scene.settings.debug_view,
-        };
-        let terrain = match self.pass.take() {
-            Some((built_for, pass)) if built_for == settings => pass,
-            _ => TerrainPass::new(&cx.gpu.device, &self.bindings, settings),
-        };
-        if let Some(mesh) = self.meshes.picture() {
-            terrain.draw(pass, &self.bindings, mesh.parts(), mesh.visible());
-        }
-        self.pass = Some((settings, terrain));
-        &self.bindings.frame
+        self.drawn.draw(cx, pass, target, scene)
     }
 
     fn after_submit(&mut self, frame: u64, view: &CameraView) {
@@ -234,13 +194,13 @@ impl TerrainMethod for TileScheduling {
     }
 
     fn describe(&self, settings: &RendererSettings, record: &mut FrameRecord) {
-        let (blocks, triangles) = self.meshes.picture().map_or((0, 0), |mesh| mesh.drawn());
+        self.drawn.describe(record);
         record.tiles_selected = self.selection.tiles.len() as u64;
         record.tiles_missing = self.terrain.missing() as u64;
         record.tiles_resident = self.terrain.resident() as u64;
+        record.tiles_hidden = self.selection.statistics.hidden as u64;
         record.finest_level = self.selection.statistics.finest_level;
         record.region_age_frames = self.region_age_frames(settings, record.frame);
-        (record.blocks_drawn, record.triangles_drawn) = (blocks, triangles);
     }
 
     fn draw_coordinates(
@@ -249,12 +209,7 @@ impl TerrainMethod for TileScheduling {
         encoder: &mut wgpu::CommandEncoder,
         scene: &SceneState,
     ) -> wgpu::Texture {
-        let (format, size_px) = (CoordinatePass::FULL_FORMAT, scene.view.viewport_px);
-        let pass = CoordinatePass::new(&cx.gpu.device, &self.bindings, format, size_px);
-        if let Some(mesh) = self.meshes.picture() {
-            pass.record(encoder, &self.bindings, mesh.parts(), mesh.visible());
-        }
-        pass.target
+        self.drawn.draw_coordinates(cx, encoder, scene)
     }
 
     fn is_pending(&self, scene: &SceneState) -> bool {
@@ -288,63 +243,31 @@ impl TerrainMethod for TileScheduling {
     }
 
     fn ground_height_m(&self, point: DVec2) -> Option<f64> {
-        self.terrain.ground_height_m(point)
+        self.terrain.ground.height_m(&self.terrain.tree, point)
     }
 
     fn debug_texture(&self, image: DebugImage) -> Option<wgpu::TextureView> {
-        Some(match image {
-            DebugImage::Coordinates => self.feedback.pass.target_view.clone(),
-            DebugImage::HeightCache => self.cache.heights.height_mip(0),
-            DebugImage::ColourCache => self.cache.colours.mip(0),
-        })
+        match image {
+            DebugImage::Coordinates => Some(self.feedback.pass.target_view.clone()),
+            image => self.drawn.atlas_view(image),
+        }
     }
 }
 
 impl TileScheduling {
     /// Brings tables and uniforms to the GPU.
     fn set_uniforms(&mut self, cx: &mut FrameContext<'_>, scene: &SceneState, scale_m: f64) {
-        let (view, terrain) = (&scene.view, &self.terrain);
-        let eye = view.eye.truncate();
+        let Self { terrain, drawn, .. } = self;
+        let eye = scene.view.eye.truncate();
         let (heights, colours) = (&terrain.height_table, terrain.colour_table.as_ref());
-        let tables = self.cache.update_tables(cx.gpu, &terrain.tree, eye, heights, colours);
+        let tables = drawn.cache.update_tables(cx.gpu, &terrain.tree, eye, heights, colours);
         cx.ledger.add(ByteCause::Table, tables.sent_bytes);
         if tables.grew {
-            self.bindings.rebind(&cx.gpu.device, &self.cache.table);
+            drawn.bindings.rebind(&cx.gpu.device, &drawn.cache.table);
         }
-        let mut uniforms = frame_uniforms(view, &terrain.tree, &scene.settings, scale_m);
+        let mut uniforms = drawn.uniforms(&terrain.tree, scene, scale_m);
         [uniforms.height_table, uniforms.colour_table] = tables.ranges;
-        uniforms.height_uv_per_texel = self.cache.heights.grid.uv_per_texel();
-        uniforms.colour_uv_per_texel = self.cache.colours.grid.uv_per_texel();
-        let sent = self.bindings.frame.set_uniforms(&cx.gpu.queue, &uniforms);
-        cx.ledger.add(ByteCause::Uniform, sent);
-    }
-
-    /// Brings the visible parts of the meshes to the GPU.
-    fn set_meshes(&mut self, cx: &mut FrameContext<'_>, scene: &SceneState, scale_m: f64) {
-        let terrain = &self.terrain;
-        let mesh_scene = MeshScene {
-            view: &scene.view,
-            scale_m,
-            radius: mesh_radius(&terrain.tree, scene.view.eye.truncate(), scale_m),
-            height_range_m: terrain.height_range_m(scene.settings.vertical_exaggeration),
-            data_extent: &terrain.tree.data_extent,
-            triangle_px: scene.settings.triangle_px,
-            has_coordinates: strategy(&scene.settings).needs_region(),
-        };
-        let (sent, rebuilt) = self.meshes.set_up(&cx.gpu.device, &cx.gpu.queue, &mesh_scene);
-        cx.ledger.add(ByteCause::Mesh, sent);
-        if rebuilt {
-            self.displaced = None;
-        }
-    }
-
-    /// Displaces what is visible of the meshes of the picture and of the coordinate pass.
-    fn displace(&self, encoder: &mut wgpu::CommandEncoder, which: [bool; 2]) {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some("displace"),
-            timestamp_writes: None,
-        });
-        self.meshes.displace(&mut pass, &self.bindings, which);
+        drawn.set_uniforms(cx, &uniforms);
     }
 
     fn coordinate_state(&self, scene: &SceneState) -> CoordinateState {
@@ -378,7 +301,8 @@ impl TileScheduling {
 
     /// Distance in metres from the eye to the ground below it.
     fn clearance_m(&self, scene: &SceneState) -> f64 {
-        self.terrain.clearance_m(scene.view.eye, scene.settings.vertical_exaggeration)
+        let ResidentTerrain { ground, tree, .. } = &self.terrain;
+        ground.clearance_m(tree, scene.view.eye, scene.settings.vertical_exaggeration)
     }
 }
 

@@ -6,7 +6,8 @@ use proptest::prelude::*;
 use crate::CameraView;
 use crate::dataset::{HeightRange, HeightRanges};
 use crate::selection::{
-    LayerTree, Selection, SelectionConfig, Strategy as TileStrategy, TileTree, VisibleRegion,
+    LayerTree, SeenGround, Selection, SelectionConfig, Strategy as TileStrategy, TileTree,
+    VisibleRegion,
 };
 use crate::tiling::{Extent, LayerLayout, TileId, TileSet, TilingScheme};
 
@@ -24,7 +25,8 @@ impl Case {
     pub fn select(&self, strategy: TileStrategy) -> Selection {
         let implementation = strategy.implementation();
         let region = self.region.as_ref().filter(|_| implementation.needs_region());
-        implementation.select(&self.tree, region, &self.view, &self.config)
+        let seen = region.map(SeenGround::of_box);
+        implementation.select(&self.tree, seen, &self.view, &self.config)
     }
 }
 
@@ -105,9 +107,9 @@ pub fn cases() -> impl Strategy<Value = Case> {
     (trees, region, view, config).prop_map(|(tree, region, view, config)| {
         let root = SCHEME.root_extent();
         let world = |(x, y): (f64, f64)| root.min + dvec2(x, y) * root.size_m();
-        let region = region.map(|(a, b)| VisibleRegion {
-            extent: Extent::new(world(a).min(world(b)), world(a).max(world(b))),
-            covered_pixels: 1,
+        let region = region.map(|(a, b)| {
+            let extent = Extent::new(world(a).min(world(b)), world(a).max(world(b)));
+            VisibleRegion::of_extent(&extent)
         });
         let (eye, height_m, (heading_deg, pitch_deg, fov_y_deg)) = view;
         let view = CameraView {
@@ -133,6 +135,6 @@ pub fn low_over_the_middle(tree: TileTree, config: SelectionConfig) -> Case {
         fov_y_deg: 50.0,
         viewport_px: [1280, 720],
     };
-    let region = Some(VisibleRegion { extent: root, covered_pixels: 1 });
+    let region = Some(VisibleRegion::of_extent(&root));
     Case { tree, region, view, config }
 }

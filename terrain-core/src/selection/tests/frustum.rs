@@ -7,7 +7,7 @@ use proptest::prelude::{ProptestConfig, prop_assert, prop_assert_eq, proptest};
 
 use super::cases::{Case, SCHEME, cases, low_over_the_middle, tree};
 use super::invariants::{check_order, finest_at};
-use super::{List, distance_m, sight};
+use super::{List, sight, squared_units, unit_m};
 use crate::CameraView;
 use crate::selection::{SelectionConfig, Strategy, UnknownStrategy};
 use crate::tiling::{Extent, TileId};
@@ -52,9 +52,11 @@ fn limited_by_hand(case: &Case) -> List {
             children.entry(parent).or_default().push(tile);
         }
     }
-    let error = |tile: TileId| case.tree.texel_size_m(tile.level) / distance_m(case, tile);
+    // Squares of distances in texels, but for a factor: in the order of falling error.
+    let in_texels =
+        |tile: TileId| u128::from(squared_units(case, tile)) << (2 * u32::from(tile.level));
     let mut splits: Vec<_> = children.into_iter().collect();
-    splits.sort_by(|(a, _), (b, _)| error(*b).total_cmp(&error(*a)).then(a.cmp(b)));
+    splits.sort_by_key(|(tile, _)| (in_texels(*tile), *tile));
     let mut list = List::from([TileId::ROOT]);
     for (_, children) in splits {
         if list.len() + children.len() > case.config.max_tiles.max(1) {
@@ -74,7 +76,8 @@ proptest! {
         let set = selected(&case);
         for (leaf, distance_m) in seen_ground(&case) {
             let Some(drawn) = finest_at(&set, leaf) else { continue };
-            let texel_rad = case.tree.texel_size_m(drawn.level) / distance_m;
+            // Eye and box are rounded to units.
+            let texel_rad = case.tree.texel_size_m(drawn.level) / (distance_m + 2.0 * unit_m(&case));
             let texel_px = texel_rad / case.view.pixel_angle_rad();
             let has_finer = drawn.level < leaf.level
                 && case.tree.contains(leaf.ancestor_at(drawn.level + 1));
@@ -145,6 +148,7 @@ fn names_are_read_as_they_are_written() {
     let unknown = "guess".parse::<Strategy>();
     assert_eq!(unknown, Err(UnknownStrategy("guess".to_owned())));
     let told = unknown.map_err(|error| error.to_string());
-    let expected = "there is no strategy \"guess\"; there are rtt-quadtree, cpu-frustum";
+    let expected =
+        "there is no strategy \"guess\"; there are rtt-quadtree, rtt-quadtree-gpu, cpu-frustum";
     assert_eq!(told, Err(expected.to_owned()));
 }

@@ -4,7 +4,10 @@ use glam::{DVec3, dvec2};
 use proptest::prelude::{ProptestConfig, TestCaseError, prop_assert_eq, proptest};
 
 use super::cases::{Case, SCHEME, cases};
-use super::{List, distance_m, is_empty_by_hand, regularized_by_hand, sight, subdivided_by_hand};
+use super::{
+    List, distance_m, is_empty_by_hand, regularized_by_hand, sight, squared_units,
+    subdivided_by_hand, touches,
+};
 use crate::selection::view_pyramid::WorldBox;
 use crate::selection::{Selection, Strategy, VisibleRegion};
 use crate::tiling::TileId;
@@ -17,7 +20,7 @@ proptest! {
         for strategy in Strategy::ALL {
             let selection = case.select(strategy);
             let check = match strategy {
-                Strategy::RttQuadtree => check_scheduled,
+                Strategy::RttQuadtree | Strategy::RttQuadtreeGpu => check_scheduled,
                 Strategy::CpuFrustum => check_by_frustum,
             };
             check_common(&case, &selection).and_then(|()| check(&case, &selection)).map_err(
@@ -54,7 +57,7 @@ fn check_common(case: &Case, selection: &Selection) -> Checked {
 
 /// Coarsest level first, within a level nearest first.
 pub fn check_order(case: &Case, selection: &Selection) -> Checked {
-    let priority = |tile: &TileId| (tile.level, distance_m(case, *tile));
+    let priority = |tile: &TileId| (tile.level, squared_units(case, *tile));
     let in_order = selection.tiles.windows(2).all(|pair| priority(&pair[0]) <= priority(&pair[1]));
     require(in_order, "not in order of priority")
 }
@@ -67,7 +70,7 @@ fn check_scheduled(case: &Case, selection: &Selection) -> Checked {
     let Some(region) = &case.region else {
         return require(set.len() == 1, "more than level 0 for an empty view");
     };
-    let meets = |tile: &TileId| SCHEME.tile_extent(*tile).touches(&region.extent);
+    let meets = |tile: &TileId| touches(region, *tile);
     require(set.iter().all(|tile| tile.level == 0 || meets(tile)), "a tile out of the region")?;
     check_cover(case, selection, region)
 }
@@ -76,9 +79,10 @@ fn check_scheduled(case: &Case, selection: &Selection) -> Checked {
 /// tiles were merged with a coarser one.
 fn check_cover(case: &Case, selection: &Selection, region: &VisibleRegion) -> Checked {
     let (set, wanted) = (set_of(selection), subdivided_by_hand(case));
+    let extent = region.extent();
     for number in 0..64 {
         let part = dvec2(f64::from(number % 8) + 0.5, f64::from(number / 8) + 0.5) / 8.0;
-        let point = region.extent.min + part * region.extent.size_m();
+        let point = extent.min + part * extent.size_m();
         let Some(leaf) = SCHEME.tile_at(case.tree.finest_level(), point) else { continue };
         if is_empty_by_hand(&case.tree, leaf) {
             continue;

@@ -1,9 +1,10 @@
 //! The stages of the paper's selection against literal versions of its sentences; what holds for every
 //! strategy is in `invariants`, the frustum's selection against brute force in `frustum`.
 
-mod cases;
+pub(crate) mod cases;
 mod frustum;
 mod invariants;
+mod seen;
 mod sight;
 
 use std::collections::BTreeSet;
@@ -13,9 +14,11 @@ use proptest::prelude::{ProptestConfig, any, prop, prop_assert_eq, proptest};
 
 use self::cases::{Case, SCHEME, cases, height_ranges, low_over_the_middle, tree};
 use self::invariants::check_order;
+use super::eye_units::EyeUnits;
+use super::ground_units::FixedBox;
 use super::{
-    LayerTree, SelectionConfig, Strategy, TileList, TileTree, VisibleRegion, merge_farthest,
-    regularize, select, subdivide,
+    LayerTree, SeenGround, SelectionConfig, Strategy, TileList, TileTree, VisibleRegion,
+    merge_farthest, regularize, subdivide,
 };
 use crate::tiling::{Extent, LayerLayout, TileId, TileSet};
 
@@ -28,8 +31,48 @@ fn all_tiles(tree: &TileTree) -> impl Iterator<Item = TileId> {
     })
 }
 
+/// Side of a unit of distances in metres, for the eyes of the cases, all less than two roots away.
+fn unit_m(case: &Case) -> f64 {
+    let root_m = SCHEME.root_size_m;
+    let from_corner = (case.view.eye - SCHEME.origin.extend(0.0)).abs().max_element();
+    let unit_m = root_m / f64::from(1 << 30);
+    if from_corner > root_m { 2.0 * unit_m } else { unit_m }
+}
+
+/// Squared distance of a tile's box from the eye in units, from corners in metres.
+fn squared_units(case: &Case, tile: TileId) -> u64 {
+    let unit_m = unit_m(case);
+    let size_m = SCHEME.root_size_m / f64::from(1 << tile.level);
+    let (west, north) = (f64::from(tile.column) * size_m, f64::from(tile.row) * size_m);
+    let heights = case.tree.height_ranges.range(tile).unwrap();
+    let heights = [heights.min_m, heights.max_m];
+    let [low, high] = heights.map(|height| f64::from(height) * case.config.vertical_exaggeration);
+    let eye = case.view.eye - SCHEME.origin.extend(0.0);
+    [(west, west + size_m, eye.x), (north, north + size_m, -eye.y), (low, high, eye.z)]
+        .map(|(from, to, eye)| {
+            let (from, to) = ((from / unit_m).floor() as i64, (to / unit_m).ceil() as i64);
+            let eye = (eye / unit_m).round() as i64;
+            let gap = if eye < from { from - eye } else { (eye - to).max(0) };
+            (gap * gap) as u64
+        })
+        .iter()
+        .sum()
+}
+
+/// What the selection takes the distance in metres to be.
 fn distance_m(case: &Case, tile: TileId) -> f64 {
-    case.tree.distance_m(tile, case.view.eye, case.config.vertical_exaggeration)
+    (squared_units(case, tile) as f64).sqrt() * unit_m(case)
+}
+
+/// Whether a tile and the region's box, widened to whole units, share a point.
+fn touches(region: &VisibleRegion, tile: TileId) -> bool {
+    let FixedBox { min, max } = region.fixed_box(&SCHEME);
+    let side = 1_i64 << (30 - tile.level);
+    [(tile.column, 0), (tile.row, 1)].into_iter().all(|(index, axis)| {
+        let first = i64::from(index) * side;
+        (first..=first + side).contains(&i64::from(min[axis]))
+            || (i64::from(min[axis])..=i64::from(max[axis])).contains(&first)
+    })
 }
 
 /// Step 2, tile by tile: on the list is what exists, meets the region and has only split ancestors.
@@ -41,9 +84,7 @@ fn subdivided_by_hand(case: &Case) -> List {
         angle_rad / case.view.pixel_angle_rad()
     };
     let is_split = |tile: TileId| texel_px(tile) > case.config.texel_px;
-    let is_there = |tile: TileId| {
-        case.tree.contains(tile) && case.tree.scheme.tile_extent(tile).touches(&region.extent)
-    };
+    let is_there = |tile: TileId| case.tree.contains(tile) && touches(&region, tile);
     list.extend(all_tiles(&case.tree).filter(|tile| {
         (1..=tile.level)
             .all(|level| is_there(tile.ancestor_at(level)) && is_split(tile.ancestor_at(level - 1)))
@@ -80,7 +121,7 @@ fn merged_by_hand(case: &Case, mut list: List) -> (List, usize) {
     let mut merges = 0;
     while list.len() > case.config.max_tiles.max(1) {
         let farther = |a: &&TileId, b: &&TileId| {
-            distance_m(case, **a).total_cmp(&distance_m(case, **b)).then(a.cmp(b))
+            squared_units(case, **a).cmp(&squared_units(case, **b)).then(a.cmp(b))
         };
         let candidates = list.iter().filter(|tile| tile.level > 0);
         let parent = candidates.max_by(farther).and_then(|tile| tile.parent()).unwrap();
@@ -101,8 +142,13 @@ fn listed(list: &TileList) -> List {
     set
 }
 
+fn eye_units(case: &Case) -> EyeUnits {
+    EyeUnits::new(&case.tree, case.view.eye, case.config.vertical_exaggeration)
+}
+
 fn subdivided(case: &Case) -> TileList {
-    subdivide(&case.tree, case.region.as_ref(), &case.view, &case.config)
+    let seen = case.region.as_ref().map(SeenGround::of_box);
+    subdivide(&case.tree, seen, &case.view, &case.config)
 }
 
 proptest! {
@@ -132,8 +178,7 @@ proptest! {
     ) {
         let all: Vec<_> = all_tiles(&case.tree).collect();
         let tiles: Vec<_> = picks.iter().map(|pick| *pick.get(&all)).collect();
-        let exaggeration = case.config.vertical_exaggeration;
-        let mut list = TileList::of_tiles(&case.tree, case.view.eye, exaggeration, &tiles);
+        let mut list = TileList::of_tiles(&case.tree, &eye_units(&case), &tiles);
         let mut by_hand: List = tiles.into_iter().filter(|&t| case.tree.contains(t)).collect();
         by_hand.insert(TileId::ROOT);
         prop_assert_eq!(&listed(&list), &by_hand);
@@ -150,7 +195,7 @@ proptest! {
 
     #[test]
     fn each_layer_gets_the_finest_tiles_it_has(case in cases()) {
-        let selection = select(&case.tree, case.region.as_ref(), &case.view, &case.config);
+        let selection = case.select(Strategy::RttQuadtree);
         let by_hand = |layer: &LayerTree| {
             let mut tiles: Vec<TileId> = Vec::new();
             for tile in &selection.tiles {
@@ -191,7 +236,7 @@ fn a_merge_can_make_a_grandparent_redundant() {
     let grandparent = TileId::new(1, 0, 0);
     let [fourth, others @ ..] = grandparent.children();
     let tiles: Vec<_> = others.into_iter().chain([grandparent, fourth.children()[0]]).collect();
-    let mut list = TileList::of_tiles(&case.tree, case.view.eye, 1.0, &tiles);
+    let mut list = TileList::of_tiles(&case.tree, &eye_units(&case), &tiles);
     assert_eq!((regularize(&mut list), list.len()), (0, 6));
     assert_eq!(merge_farthest(&mut list, 5), 1);
     let expected = others.into_iter().chain([TileId::ROOT, fourth]).collect();
@@ -202,8 +247,7 @@ fn a_merge_can_make_a_grandparent_redundant() {
 fn a_point_on_a_border_belongs_to_the_tiles_on_both_sides() {
     let mut case = low_over_the_middle(tree(1, 2, None, 100), SelectionConfig::default());
     let centre = SCHEME.root_extent().centre();
-    let extent = Extent::new(centre, centre);
-    case.region = Some(VisibleRegion { extent, covered_pixels: 1 });
+    case.region = Some(VisibleRegion::of_extent(&Extent::new(centre, centre)));
     let selection = case.select(Strategy::RttQuadtree);
     let tiles: List = selection.tiles.into_iter().collect();
     assert_eq!(tiles, [TileId::ROOT].into_iter().chain(TileId::ROOT.children()).collect());

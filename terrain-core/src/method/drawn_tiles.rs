@@ -1,0 +1,195 @@
+//! The cached tiles on the GPU and the mesh they displace: what all methods over tiles draw, whoever
+//! chooses the tiles and keeps the tables.
+
+use std::sync::Arc;
+
+use super::tile_cache_size::check_cache_fits;
+use super::{FrameContext, Moved, SceneState};
+use crate::dataset::{ColourFormat, TileSource};
+use crate::frame_setup::{frame_uniforms, mesh_radius};
+use crate::gpu::{
+    CoordinatePass, DebugImage, FrameBindings, FrameGroup, FrameUniforms, MeshScene, SceneMeshes,
+    TargetKind, TerrainCache, TerrainPass, TerrainPassSettings,
+};
+use crate::ground_heights::height_range_m;
+use crate::measure::{ByteCause, FrameRecord};
+use crate::renderer_settings::{DebugView, LookupMethod};
+use crate::resident_terrain::Arrivals;
+use crate::selection::{LayerTree, TileTree};
+use crate::terrain_renderer::RenderError;
+
+/// Atlases, tables and meshes of a scene, and the passes that draw them.
+pub(super) struct DrawnTiles {
+    pub cache: TerrainCache,
+    pub bindings: FrameBindings,
+    pub meshes: SceneMeshes,
+    has_voids: bool,
+    has_colours: bool,
+    pass: Option<(TerrainPassSettings, TerrainPass)>,
+    /// What the latest displacement was made of.
+    displaced: Option<SceneState>,
+}
+
+impl DrawnTiles {
+    /// Makes caches of the settings' size, colours arriving in `format`.
+    ///
+    /// # Errors
+    /// [`RenderError::CacheTooLarge`] where the caches are larger than textures can be.
+    pub fn new(
+        cx: &FrameContext<'_>,
+        source: &Arc<dyn TileSource>,
+        tree: &TileTree,
+        format: ColourFormat,
+    ) -> Result<Self, RenderError> {
+        let (gpu, settings) = (cx.gpu, cx.settings);
+        let slots = (settings.cache_columns, settings.cache_rows);
+        check_cache_fits(gpu, tree, slots)?;
+        let device = &gpu.device;
+        let cache = TerrainCache::new(gpu, tree, format, slots);
+        let bindings = FrameBindings::new(device, &cache.table, &cache.heights, &cache.colours);
+        Ok(Self {
+            has_voids: source.manifest().heights.has_voids,
+            has_colours: tree.colours.as_ref().is_some_and(|layer| !layer.present.is_empty()),
+            meshes: SceneMeshes::new(device, &bindings, settings.lookup == LookupMethod::Linear),
+            cache,
+            bindings,
+            pass: None,
+            displaced: None,
+        })
+    }
+
+    /// Brings what has arrived into its slots.
+    pub fn upload(
+        &self,
+        cx: &mut FrameContext<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        tree: &TileTree,
+        arrivals: &Arrivals,
+    ) -> Moved {
+        let sent = self.cache.upload_heights(cx.gpu, encoder, tree, &arrivals.heights);
+        cx.ledger.add(ByteCause::Dem, sent);
+        cx.ledger.add_texels(ByteCause::Dem, texels(&tree.heights, arrivals.heights.len()));
+        let sent = self.cache.upload_colours(cx.gpu, encoder, &arrivals.colours);
+        cx.ledger.add(ByteCause::Dom, sent);
+        if let Some(colours) = &tree.colours {
+            cx.ledger.add_texels(ByteCause::Dom, texels(colours, arrivals.colours.len()));
+        }
+        Moved { new: arrivals.count() as u64, evicted: arrivals.evicted() as u64 }
+    }
+
+    /// The scene's uniforms but for the ranges of the tables.
+    pub fn uniforms(&self, tree: &TileTree, scene: &SceneState, scale_m: f64) -> FrameUniforms {
+        FrameUniforms {
+            height_uv_per_texel: self.cache.heights.grid.uv_per_texel(),
+            colour_uv_per_texel: self.cache.colours.grid.uv_per_texel(),
+            ..frame_uniforms(&scene.view, tree, &scene.settings, scale_m)
+        }
+    }
+
+    /// Brings the uniforms to the GPU.
+    pub fn set_uniforms(&mut self, cx: &mut FrameContext<'_>, uniforms: &FrameUniforms) {
+        let sent = self.bindings.frame.set_uniforms(&cx.gpu.queue, uniforms);
+        cx.ledger.add(ByteCause::Uniform, sent);
+    }
+
+    /// Brings the visible parts of the meshes to the GPU and displaces the picture's, unless that is
+    /// done already.
+    pub fn set_meshes(
+        &mut self,
+        cx: &mut FrameContext<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        tree: &TileTree,
+        scene: &SceneState,
+        (scale_m, has_coordinates): (f64, bool),
+    ) {
+        let mesh_scene = MeshScene {
+            view: &scene.view,
+            scale_m,
+            radius: mesh_radius(tree, scene.view.eye.truncate(), scale_m),
+            height_range_m: height_range_m(tree, scene.settings.vertical_exaggeration),
+            data_extent: &tree.data_extent,
+            triangle_px: scene.settings.triangle_px,
+            has_coordinates,
+        };
+        let (sent, rebuilt) = self.meshes.set_up(&cx.gpu.device, &cx.gpu.queue, &mesh_scene);
+        cx.ledger.add(ByteCause::Mesh, sent);
+        if rebuilt || self.displaced != Some(*scene) {
+            self.displace(encoder, [true, false]);
+            self.displaced = Some(*scene);
+        }
+    }
+
+    /// Displaces what is visible of the meshes of the picture and of the coordinate pass.
+    pub fn displace(&self, encoder: &mut wgpu::CommandEncoder, which: [bool; 2]) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("displace"),
+            timestamp_writes: None,
+        });
+        self.meshes.displace(&mut pass, &self.bindings, which);
+    }
+
+    /// Draws the scene that was set up; returns the group the sky is drawn with.
+    pub fn draw(
+        &mut self,
+        cx: &FrameContext<'_>,
+        pass: &mut wgpu::RenderPass<'_>,
+        target: TargetKind,
+        scene: &SceneState,
+    ) -> &FrameGroup {
+        let settings = TerrainPassSettings {
+            target,
+            linear_lookup: scene.settings.lookup == LookupMethod::Linear,
+            wireframe: scene.settings.wireframe,
+            has_colours: self.has_colours,
+            has_voids: self.has_voids,
+            anisotropy: scene.settings.anisotropy,
+            sorts_triangles: scene.settings.debug_view == DebugView::Off,
+            debug_view: scene.settings.debug_view,
+        };
+        let terrain = match self.pass.take() {
+            Some((built_for, pass)) if built_for == settings => pass,
+            _ => TerrainPass::new(&cx.gpu.device, &self.bindings, settings),
+        };
+        if let Some(mesh) = self.meshes.picture() {
+            terrain.draw(pass, &self.bindings, mesh.parts(), mesh.visible());
+        }
+        self.pass = Some((settings, terrain));
+        &self.bindings.frame
+    }
+
+    /// Where on the ground each pixel of the scene that was set up looks; see
+    /// [`TerrainMethod::draw_coordinates`](super::TerrainMethod::draw_coordinates).
+    pub fn draw_coordinates(
+        &self,
+        cx: &FrameContext<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        scene: &SceneState,
+    ) -> wgpu::Texture {
+        let (format, size_px) = (CoordinatePass::FULL_FORMAT, scene.view.viewport_px);
+        let pass = CoordinatePass::new(&cx.gpu.device, &self.bindings, format, size_px);
+        if let Some(mesh) = self.meshes.picture() {
+            pass.record(encoder, &self.bindings, mesh.parts(), mesh.visible());
+        }
+        pass.target
+    }
+
+    /// Fills in what was drawn of the mesh.
+    pub fn describe(&self, record: &mut FrameRecord) {
+        let (blocks, triangles) = self.meshes.picture().map_or((0, 0), |mesh| mesh.drawn());
+        (record.blocks_drawn, record.triangles_drawn) = (blocks, triangles);
+    }
+
+    /// The atlas that a debug image shows; `None` for images of other things.
+    pub fn atlas_view(&self, image: DebugImage) -> Option<wgpu::TextureView> {
+        match image {
+            DebugImage::Coordinates => None,
+            DebugImage::HeightCache => Some(self.cache.heights.height_mip(0)),
+            DebugImage::ColourCache => Some(self.cache.colours.mip(0)),
+        }
+    }
+}
+
+/// Texels of so many tiles, gutters included.
+fn texels(layer: &LayerTree, tiles: usize) -> u64 {
+    tiles as u64 * u64::from(layer.layout.stored_size_texels()).pow(2)
+}
