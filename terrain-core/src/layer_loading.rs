@@ -15,7 +15,7 @@ pub(crate) struct LayerIntakes {
 }
 
 /// Worker threads a layer: reading and decoding overlap, and the frame's own thread stays free.
-const THREADS: usize = 2;
+pub(crate) const THREADS: usize = 2;
 
 /// Intakes of the source's layers, colours arriving in `format`. Level 0 of each is loaded before this
 /// returns, and waits for its upload.
@@ -33,8 +33,20 @@ pub(crate) fn open_intakes(
     let loaded = source.load_heights(TileId::ROOT)?;
     ledger.add(ByteCause::Disk, loaded.disk_bytes);
     heights.supply(TileId::ROOT, loaded.tile);
+    Ok(LayerIntakes { heights, colours: open_colour_intake(source, format, ledger)? })
+}
+
+/// The intake of the colours alone, as [`open_intakes`] opens it; `None` without imagery.
+///
+/// # Errors
+/// Where level 0 cannot be loaded or the system gives no threads.
+pub(crate) fn open_colour_intake(
+    source: &Arc<dyn TileSource>,
+    format: ColourFormat,
+    ledger: &mut FrameLedger,
+) -> Result<Option<TileIntake<ColourTile>>, OpenTerrainError> {
     if source.manifest().colours.is_none() || source.colours_present().is_empty() {
-        return Ok(LayerIntakes { heights, colours: None });
+        return Ok(None);
     }
     let of_colours = Arc::clone(source);
     let load = Arc::new(move |tile| load_colours(&*of_colours, format, tile));
@@ -42,7 +54,7 @@ pub(crate) fn open_intakes(
     let loaded = load_colours(&**source, format, TileId::ROOT)?;
     ledger.add(ByteCause::Disk, loaded.disk_bytes);
     colours.supply(TileId::ROOT, loaded.tile);
-    Ok(LayerIntakes { heights, colours: Some(colours) })
+    Ok(Some(colours))
 }
 
 /// The format colours are to have on the GPU: the source's, or plain RGBA where the device does not

@@ -4,6 +4,7 @@
 //! [`TerrainMethod`] carries its steps out. Strategies that differ only in which tiles they choose
 //! share a method, so that a comparison of them compares nothing else.
 
+mod cpu_mesh;
 mod drawn_tiles;
 mod gpu_tile_scheduling;
 mod region_state;
@@ -15,6 +16,7 @@ use std::time::Duration;
 
 use glam::DVec2;
 
+use self::cpu_mesh::CpuMesh;
 use self::gpu_tile_scheduling::GpuTileScheduling;
 use self::tile_scheduling::TileScheduling;
 use crate::CameraView;
@@ -157,6 +159,7 @@ pub(crate) struct MethodKey {
 enum MethodKind {
     TileScheduling,
     GpuTileScheduling,
+    CpuMesh,
 }
 
 impl MethodKey {
@@ -164,10 +167,12 @@ impl MethodKey {
         let kind = match settings.strategy {
             Strategy::RttQuadtree | Strategy::CpuFrustum => MethodKind::TileScheduling,
             Strategy::RttQuadtreeGpu => MethodKind::GpuTileScheduling,
+            Strategy::CpuMesh => MethodKind::CpuMesh,
         };
         let made_for = match kind {
             MethodKind::TileScheduling => TileScheduling::made_for(settings),
             MethodKind::GpuTileScheduling => GpuTileScheduling::made_for(settings),
+            MethodKind::CpuMesh => CpuMesh::made_for(settings),
         };
         Self { kind, settings: made_for }
     }
@@ -186,5 +191,6 @@ pub(crate) fn open_method(
     match MethodKey::of(cx.settings).kind {
         MethodKind::TileScheduling => Ok(Box::new(TileScheduling::open(cx, source, tree)?)),
         MethodKind::GpuTileScheduling => Ok(Box::new(GpuTileScheduling::open(cx, source, tree)?)),
+        MethodKind::CpuMesh => Ok(Box::new(CpuMesh::open(cx, source, tree)?)),
     }
 }

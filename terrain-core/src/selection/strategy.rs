@@ -49,6 +49,10 @@ pub enum Strategy {
     /// The traditional way: a quadtree against the view frustum by screen-space error; see
     /// [`select_by_frustum()`](super::select_by_frustum()).
     CpuFrustum,
+    /// A triangulation made on the CPU for the view and sent as geometry; see
+    /// [`ViewMesh`](crate::surface::view_mesh::ViewMesh). Imagery is chosen as by
+    /// [`Self::CpuFrustum`].
+    CpuMesh,
 }
 
 /// There is no strategy of this name.
@@ -58,7 +62,8 @@ pub struct UnknownStrategy(pub String);
 
 impl Strategy {
     /// Every strategy.
-    pub const ALL: [Self; 3] = [Self::RttQuadtree, Self::RttQuadtreeGpu, Self::CpuFrustum];
+    pub const ALL: [Self; 4] =
+        [Self::RttQuadtree, Self::RttQuadtreeGpu, Self::CpuFrustum, Self::CpuMesh];
 
     /// The name on the command line, in records and reports.
     pub const fn name(self) -> &'static str {
@@ -66,6 +71,7 @@ impl Strategy {
             Self::RttQuadtree => "rtt-quadtree",
             Self::RttQuadtreeGpu => "rtt-quadtree-gpu",
             Self::CpuFrustum => "cpu-frustum",
+            Self::CpuMesh => "cpu-mesh",
         }
     }
 
@@ -74,7 +80,7 @@ impl Strategy {
     pub fn implementation(self) -> &'static dyn SelectionStrategy {
         match self {
             Self::RttQuadtree | Self::RttQuadtreeGpu => &RttQuadtree,
-            Self::CpuFrustum => &CpuFrustum,
+            Self::CpuFrustum | Self::CpuMesh => &CpuFrustum,
         }
     }
 }

@@ -3,6 +3,7 @@
 mod block_culling;
 mod circular_mesh;
 mod ring_layout;
+pub mod view_mesh;
 
 pub use circular_mesh::{CircularMesh, CircularMeshSettings, MeshBlock, MeshVertex};
 

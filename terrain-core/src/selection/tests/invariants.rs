@@ -21,7 +21,7 @@ proptest! {
             let selection = case.select(strategy);
             let check = match strategy {
                 Strategy::RttQuadtree | Strategy::RttQuadtreeGpu => check_scheduled,
-                Strategy::CpuFrustum => check_by_frustum,
+                Strategy::CpuFrustum | Strategy::CpuMesh => check_by_frustum,
             };
             check_common(&case, &selection).and_then(|()| check(&case, &selection)).map_err(
                 |reason| TestCaseError::fail(format!("{strategy}: {reason}: {selection:?}")),
