@@ -1,10 +1,5 @@
 // Draws the displaced mesh: imagery of the finest cached tile, lit by the slopes, seen through haze.
-// needs: common/frame.wgsl common/tile_lookup.wgsl common/surface_sample.wgsl common/colour_sample.wgsl common/atmosphere.wgsl common/ground_light.wgsl
-
-// Fixed when the pipeline is built, so that what is not wanted costs nothing.
-override HAS_COLOURS: bool = true;
-// Whether there is ground without data, to be left out.
-override HAS_VOIDS: bool = true;
+// needs: common/frame.wgsl common/tile_lookup.wgsl common/surface_sample.wgsl common/colour_sample.wgsl common/atmosphere.wgsl common/ground_light.wgsl common/tile_ground.wgsl
 
 // A triangle that lies in one tile of each layer as a whole: the tiles come with its first vertex,
 // and its fragments look nothing up.
@@ -44,36 +39,12 @@ fn vertex_across(@location(0) relative_m: vec3<f32>) -> AcrossVertex {
     return AcrossVertex(clip, relative_m, transmittance(relative_m));
 }
 
-fn tile_border(place: vec2<f32>, size: f32, pixel: vec2<f32>) -> f32 {
-    let to_border = min(place, vec2<f32>(size) - place) / max(pixel, vec2<f32>(1.0e-6));
-    return 1.0 - smoothstep(0.5, 1.5, min(to_border.x, to_border.y));
-}
-
 // Slopes and coverage under the footprint. Without coverage the fragment is left out.
 fn surface_under(tile: TilePlace, pixel: Footprint) -> vec3<f32> {
     // The footprint's two sides squared and multiplied: its geometric mean to the fourth power.
     let footprint_m4 = dot(pixel.step_x_m, pixel.step_x_m) * dot(pixel.step_y_m, pixel.step_y_m);
     let mip = 0.25 * log2(max(footprint_m4, 1.0e-30)) + log2(tile.texels_per_m);
     return sample_slope(tile, texel_in_tile(tile, pixel.offset_m), mip);
-}
-
-fn imagery_under(tile: TilePlace, pixel: Footprint) -> vec4<f32> {
-    let flip = vec2<f32>(tile.texels_per_m, -tile.texels_per_m);
-    let place = texel_in_tile(tile, pixel.offset_m);
-    return sample_colour(tile, place, pixel.step_x_m * flip, pixel.step_y_m * flip);
-}
-
-// The picture with what the debug view shows. Where borders are drawn there is no haze over them.
-fn debug_colour(bare: vec3<f32>, lit: f32, shown: TileEntry, pixel: Footprint, size: f32, clear: f32) -> vec4<f32> {
-    if DEBUG_VIEW == DEBUG_SLOPES {
-        return vec4<f32>(mix(frame.haze_colour, vec3<f32>(lit * 0.6), clear), 1.0);
-    }
-    let hue = level_colour(shown.level);
-    let shaded = mix(bare * lit, hue, select(0.0, 0.45, DEBUG_VIEW == DEBUG_LEVELS));
-    let pixel_texels = (abs(pixel.step_x_m) + abs(pixel.step_y_m)) * shown.place.texels_per_m;
-    let gutter = select(frame.height_gutter_texels, frame.colour_gutter_texels, HAS_COLOURS);
-    let place = texel_in_tile(shown.place, pixel.offset_m) + told_from_texel(shown.place, size, gutter);
-    return vec4<f32>(mix(shaded, hue, tile_border(place, size, pixel_texels)), 1.0);
 }
 
 // Within one tile the places of a triangle's fragments are continuous, so that the sampler itself can
@@ -135,9 +106,7 @@ fn fragment_across(in: AcrossVertex) -> @location(0) vec4<f32> {
     if HAS_COLOURS {
         shown = tile_entries[find_tile(frame.colour_table, position)];
         size = frame.colour_tile_texels;
-        // Imagery ends with the data; its outermost texels go on to the very edge.
-        let half_texel_m = vec2<f32>(0.5 / shown.place.texels_per_m);
-        pixel.offset_m = clamp(offset_m, frame.data_min_from_eye_m + half_texel_m, frame.data_max_from_eye_m - half_texel_m);
+        pixel.offset_m = imaged_offset_m(shown.place, offset_m);
         let imagery = imagery_under(shown.place, pixel);
         bare = mix(bare, imagery.rgb, imagery.a);
     }

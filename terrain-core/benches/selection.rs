@@ -130,6 +130,35 @@ fn selection(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// What a coordinate pass of 160 x 90 would show of the view over level ground.
+fn image(view: &CameraView, ground_m: f64) -> CoordinateImage {
+    let (width, height) = (160, 90);
+    let offset = |i: u32| {
+        let pixel = [f64::from(i % width) + 0.5, f64::from(i / width) + 0.5].map(|at| 8.0 * at);
+        let ray = view.ray_direction(pixel[0], pixel[1]);
+        let ahead = ray.truncate() * (ground_m - view.eye.z) / ray.z;
+        if ray.z < 0.0 { ahead.as_vec2().to_array() } else { [f32::NAN; 2] }
+    };
+    let offsets = (0..width * height).map(offset).collect();
+    CoordinateImage { width, height, origin: view.eye.truncate(), offsets, frame: 0, view: *view }
+}
+
+fn by_what_pixels_saw(criterion: &mut Criterion) {
+    let tree = tree();
+    let (view, _) = view_and_region(&tree);
+    let image = image(&view, 1_200.0);
+    let Some(region) = visible_region(&image) else { return };
+    let config = SelectionConfig { max_tiles: 256, ..Default::default() };
+    let mut group = criterion.benchmark_group("select by 160 x 90 pixels");
+    for (name, image) in [("box", None), ("exact", Some(&image))] {
+        let seen = SeenGround { region: &region, image };
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| select(&tree, Some(black_box(seen)), &view, &config));
+        });
+    }
+    group.finish();
+}
+
 fn by_frustum(criterion: &mut Criterion) {
     let tree = tree();
     let (view, _) = view_and_region(&tree);
@@ -213,5 +242,5 @@ fn region_and_mesh(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, selection, by_frustum, residency, region_and_mesh);
+criterion_group!(benches, selection, by_what_pixels_saw, by_frustum, residency, region_and_mesh);
 criterion_main!(benches);

@@ -36,8 +36,26 @@ pub static TERRAIN: Shader = shader!(
     "surface_sample",
     "colour_sample",
     "atmosphere",
-    "ground_light"
+    "ground_light",
+    "tile_ground"
 );
+/// The picture of a mesh made on the CPU for the view.
+pub static VIEW_MESH: Shader = shader!(
+    "view_mesh",
+    "frame",
+    "tile_lookup",
+    "surface_sample",
+    "colour_sample",
+    "atmosphere",
+    "ground_light",
+    "tile_ground",
+    "view_mesh_vertex"
+);
+/// Coordinates of the ground of such a mesh under each pixel.
+pub static VIEW_MESH_COORDINATES: Shader =
+    shader!("view_mesh_coordinates", "frame", "view_mesh_vertex");
+/// Changes of such a mesh, carried out.
+pub static VIEW_MESH_UPDATE: Shader = shader!("view_mesh_update");
 /// The sky behind it.
 pub static SKY: Shader = shader!("sky", "frame", "atmosphere");
 /// Coordinates of the ground under each pixel.
@@ -125,10 +143,13 @@ pub static PRECISION_NATIVE_F64: Shader = shader!("precision_native", "real_f64"
 pub static PRECISION_NATIVE_F16: Shader = shader!("precision_native", "real_f16");
 
 /// Every shader of the library that needs no optional feature, for tests that look at all of them.
-pub static ALL: [&Shader; 27] = [
+pub static ALL: [&Shader; 30] = [
     &DISPLACE,
     &SORT_TRIANGLES,
     &TERRAIN,
+    &VIEW_MESH,
+    &VIEW_MESH_COORDINATES,
+    &VIEW_MESH_UPDATE,
     &SKY,
     &COORDINATES,
     &DERIVE_HEIGHTS,

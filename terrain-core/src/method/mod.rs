@@ -5,6 +5,7 @@
 //! share a method, so that a comparison of them compares nothing else.
 
 mod clipmap;
+mod cpu_mesh;
 mod drawn_tiles;
 mod gpu_tile_scheduling;
 mod region_state;
@@ -17,6 +18,7 @@ use std::time::Duration;
 use glam::DVec2;
 
 use self::clipmap::Clipmap;
+use self::cpu_mesh::CpuMesh;
 use self::gpu_tile_scheduling::GpuTileScheduling;
 use self::tile_scheduling::TileScheduling;
 use crate::CameraView;
@@ -160,6 +162,7 @@ enum MethodKind {
     TileScheduling,
     GpuTileScheduling,
     Clipmap,
+    CpuMesh,
 }
 
 impl MethodKey {
@@ -168,12 +171,14 @@ impl MethodKey {
             Strategy::RttQuadtree | Strategy::CpuFrustum => MethodKind::TileScheduling,
             Strategy::RttQuadtreeGpu => MethodKind::GpuTileScheduling,
             Strategy::Clipmap => MethodKind::Clipmap,
+            Strategy::CpuMesh => MethodKind::CpuMesh,
         };
         let made_for = match kind {
             MethodKind::TileScheduling => TileScheduling::made_for(settings),
             MethodKind::GpuTileScheduling => GpuTileScheduling::made_for(settings),
             // Whatever changes, it keeps what it has.
             MethodKind::Clipmap => RendererSettings::default(),
+            MethodKind::CpuMesh => CpuMesh::made_for(settings),
         };
         Self { kind, settings: made_for }
     }
@@ -193,5 +198,6 @@ pub(crate) fn open_method(
         MethodKind::TileScheduling => Ok(Box::new(TileScheduling::open(cx, source, tree)?)),
         MethodKind::GpuTileScheduling => Ok(Box::new(GpuTileScheduling::open(cx, source, tree)?)),
         MethodKind::Clipmap => Ok(Box::new(Clipmap::open(cx, source, tree)?)),
+        MethodKind::CpuMesh => Ok(Box::new(CpuMesh::open(cx, source, tree)?)),
     }
 }

@@ -17,7 +17,7 @@ pub use offset_table::{OffsetEntry, OffsetTable, slot_origin_texels};
 pub(crate) use slot_stream::{SlotStream, SlotUpdate};
 pub use tile_cache::{CachePlan, Placement, TileCache};
 pub(crate) use tile_in_slot::TileInSlot;
-pub(crate) use tile_intake::TileIntake;
+pub(crate) use tile_intake::{Taken, TileIntake};
 pub use tile_loader::{LoadPanic, TileLoader};
 
 #[cfg(test)]

@@ -57,23 +57,22 @@ impl SeenTiles {
         let units = GroundUnits::new(&tree.scheme, image.origin);
         let mut seen = Self { slots: vec![0; 1 << 11], count: 0, eye_ground: eye_ground(eye) };
         let mut marker = Marker { tree, eye, split_below, last_leaf: None };
-        let (width, height) = (image.width as usize, image.height as usize);
-        let positions: Vec<_> =
-            image.offsets.iter().map(|&offset| unit_of(&units, offset)).collect();
-        for y in 0..height {
-            let below = (y + 1 < height).then(|| &positions[(y + 1) * width..]);
-            for x in 0..width {
-                let own = positions[y * width + x];
-                let pair = |row: &[Option<FixedPosition>]| {
-                    [row[x], row.get(x + 1).copied().flatten().filter(|_| x + 1 < width)]
-                };
-                let corners = [pair(&positions[y * width..]), below.map_or([None; 2], pair)];
-                let Some(ground) = Ground::round(corners.as_flattened()) else { continue };
-                if !marker.mark(&mut seen, ground)? {
-                    let own = own.and_then(|position| Ground::round(&[Some(position)]));
-                    if let Some(ground) = own {
-                        marker.mark(&mut seen, ground)?;
-                    }
+        let unit_of = |&offset: &[f32; 2]| {
+            offset.iter().all(|metres| metres.is_finite()).then(|| units.unit_at(offset))
+        };
+        let positions: Vec<_> = image.offsets.iter().map(unit_of).collect();
+        let rows: Vec<_> = positions.chunks_exact(image.width.max(1) as usize).collect();
+        let at = |row: &[Option<FixedPosition>], x: usize| row.get(x).copied().flatten();
+        for (y, row) in rows.iter().enumerate() {
+            let below = rows.get(y + 1).copied().unwrap_or_default();
+            for x in 0..row.len() {
+                let own = at(row, x);
+                let corners = [own, at(row, x + 1), at(below, x), at(below, x + 1)];
+                let Some(ground) = Ground::round(&corners) else { continue };
+                if !marker.mark(&mut seen, ground)?
+                    && let Some(ground) = Ground::round(&[own])
+                {
+                    marker.mark(&mut seen, ground)?;
                 }
             }
         }
@@ -198,9 +197,4 @@ impl Ground {
     fn lies_in(&self, tile: TileId) -> bool {
         self.tiles(tile.level) == [tile.column..=tile.column, tile.row..=tile.row]
     }
-}
-
-/// The unit that a pixel sees; `None` for sky.
-fn unit_of(units: &GroundUnits, offset_m: [f32; 2]) -> Option<FixedPosition> {
-    offset_m.iter().all(|metres| metres.is_finite()).then(|| units.unit_at(offset_m))
 }

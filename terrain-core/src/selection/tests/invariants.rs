@@ -20,7 +20,7 @@ proptest! {
         for strategy in Strategy::ALL {
             let check = match strategy {
                 Strategy::RttQuadtree | Strategy::RttQuadtreeGpu => check_scheduled,
-                Strategy::CpuFrustum => check_by_frustum,
+                Strategy::CpuFrustum | Strategy::CpuMesh => check_by_frustum,
                 Strategy::Clipmap => continue,
             };
             let selection = case.select(strategy);
