@@ -84,7 +84,7 @@ fn counted(record: &FrameRecord) -> [(&'static str, u64); 7] {
 fn over_the_same_ground_a_frame_costs_the_same_but_for_an_ancestor_a_level() {
     let sources = sources();
     let [smaller, larger] = [0, EXTRA_LEVELS].map(|extra| sources.source(extra));
-    for strategy in [Strategy::RttQuadtree, Strategy::CpuFrustum] {
+    for strategy in [Strategy::RttQuadtree, Strategy::RttQuadtreeGpu, Strategy::CpuFrustum] {
         let bench = |source: &std::sync::Arc<_>| {
             Bench::new(std::sync::Arc::clone(source) as _, settings(strategy), SIZE_PX).unwrap()
         };
