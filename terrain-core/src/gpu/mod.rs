@@ -5,6 +5,7 @@
 mod adapter_survey;
 mod atlas;
 mod build_tile_table_pass;
+mod clipmap;
 mod colour_atlas;
 mod compute_pipeline;
 mod context;
@@ -54,6 +55,11 @@ mod view_mesh_buffers;
 mod view_mesh_pass;
 
 pub use adapter_survey::{AdapterReport, CapabilityReport, LimitReport, survey_adapters};
+pub(crate) use clipmap::{
+    ClipBindings, ClipDecodePass, ClipFrame, ClipHeightUpload, ClipHeightsPass, ClipLevel,
+    ClipMeshBuffers, ClipPass, ClipPassSettings, ClipTextureSizes, ClipTextures, WrittenTexels,
+    draw_clip_coordinates,
+};
 pub use context::{AdapterChoice, GpuContext, GpuError};
 pub(crate) use coordinate_feedback::CoordinateFeedback;
 pub(crate) use coordinate_pass::CoordinatePass;

@@ -4,6 +4,7 @@
 //! [`TerrainMethod`] carries its steps out. Strategies that differ only in which tiles they choose
 //! share a method, so that a comparison of them compares nothing else.
 
+mod clipmap;
 mod cpu_mesh;
 mod drawn_tiles;
 mod gpu_tile_scheduling;
@@ -16,6 +17,7 @@ use std::time::Duration;
 
 use glam::DVec2;
 
+use self::clipmap::Clipmap;
 use self::cpu_mesh::CpuMesh;
 use self::gpu_tile_scheduling::GpuTileScheduling;
 use self::tile_scheduling::TileScheduling;
@@ -160,6 +162,7 @@ enum MethodKind {
     TileScheduling,
     GpuTileScheduling,
     CpuMesh,
+    Clipmap,
 }
 
 impl MethodKey {
@@ -168,11 +171,14 @@ impl MethodKey {
             Strategy::RttQuadtree | Strategy::CpuFrustum => MethodKind::TileScheduling,
             Strategy::RttQuadtreeGpu => MethodKind::GpuTileScheduling,
             Strategy::CpuMesh => MethodKind::CpuMesh,
+            Strategy::Clipmap => MethodKind::Clipmap,
         };
         let made_for = match kind {
             MethodKind::TileScheduling => TileScheduling::made_for(settings),
             MethodKind::GpuTileScheduling => GpuTileScheduling::made_for(settings),
             MethodKind::CpuMesh => CpuMesh::made_for(settings),
+            // Whatever changes, it keeps what it has.
+            MethodKind::Clipmap => RendererSettings::default(),
         };
         Self { kind, settings: made_for }
     }
@@ -192,5 +198,6 @@ pub(crate) fn open_method(
         MethodKind::TileScheduling => Ok(Box::new(TileScheduling::open(cx, source, tree)?)),
         MethodKind::GpuTileScheduling => Ok(Box::new(GpuTileScheduling::open(cx, source, tree)?)),
         MethodKind::CpuMesh => Ok(Box::new(CpuMesh::open(cx, source, tree)?)),
+        MethodKind::Clipmap => Ok(Box::new(Clipmap::open(cx, source, tree)?)),
     }
 }

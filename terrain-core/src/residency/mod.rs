@@ -1,6 +1,7 @@
 //! Which tiles are in memory and where: the slots of an atlas, the table that finds a point's tile,
 //! the queue of tiles to load. Plans only, no GPU.
 
+pub mod clipmap;
 mod layer_stream;
 #[cfg(test)]
 pub(crate) mod managed_slots;
