@@ -2,6 +2,7 @@
 // slopes for shading, and two coarser mips of both. Gutters are filtered along with the tile, and
 // what is beyond them goes into no texel that is sampled, so every mip meets its neighbours exactly as
 // the tile itself does.
+// needs: common/stored_heights.wgsl
 
 struct DecodeJob {
     // North-west texel of the slot (gutter included).
@@ -19,28 +20,8 @@ struct DecodeJob {
     stored_size: u32,
 }
 
-const NO_DATA_M: f32 = -1.0e30;
-const NO_DATA_WORD: u32 = 65535u;
-// Floats larger than this are no heights.
-const MOST_HEIGHT_M: f32 = 1.0e6;
-// The steepest slope a half float holds, and a cliff by any measure.
-const STEEPEST: f32 = 65504.0;
-
 @group(0) @binding(0) var<storage, read> jobs: array<DecodeJob>;
-@group(0) @binding(1) var<storage, read> payload: array<u32>;
 @group(0) @binding(2) var heights_out: texture_storage_2d<r32float, write>;
-
-fn decode_sample(job: DecodeJob, index: u32) -> f32 {
-    if job.is_float != 0u {
-        let bits = payload[job.first_word + index];
-        // Compared as bits, which order floats by size and put NaN last: NaN comparisons may be optimised away.
-        let is_height = (bits & 0x7fffffffu) <= bitcast<u32>(MOST_HEIGHT_M);
-        return select(NO_DATA_M, bitcast<f32>(bits), is_height);
-    }
-    let pair = payload[job.first_word + index / 2u];
-    let word = (pair >> ((index & 1u) * 16u)) & 0xffffu;
-    return select(f32(job.base_steps + i32(word)) * job.step_m, NO_DATA_M, word == NO_DATA_WORD);
-}
 
 @compute @workgroup_size(8, 8)
 fn decode(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -48,7 +29,8 @@ fn decode(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= vec2<u32>(job.stored_size)) {
         return;
     }
-    let height_m = decode_sample(job, id.y * job.stored_size + id.x);
+    let samples = StoredSamples(job.first_word, job.is_float, job.base_steps, job.step_m);
+    let height_m = stored_height(samples, id.y * job.stored_size + id.x);
     textureStore(heights_out, vec2<u32>(job.atlas_x, job.atlas_y) + id.xy, vec4<f32>(height_m, 0.0, 0.0, 0.0));
 }
 
@@ -81,17 +63,6 @@ fn halve_heights(@builtin(global_invocation_id) id: vec3<u32>) {
 
 @group(1) @binding(2) var all_heights: texture_2d<f32>;
 @group(1) @binding(3) var slopes_out: texture_storage_2d<rgba16float, write>;
-
-// Half the difference of the two neighbours over the texel size, or of one neighbour where the other
-// holds no data or lies outside the slot.
-fn slope_along(centre_m: f32, before_m: f32, after_m: f32, texel_size_m: f32) -> f32 {
-    let has_before = before_m > NO_DATA_M;
-    let has_after = after_m > NO_DATA_M;
-    let low = select(centre_m, before_m, has_before);
-    let high = select(centre_m, after_m, has_after);
-    let steps = f32(has_before) + f32(has_after);
-    return clamp((high - low) / (max(steps, 1.0) * texel_size_m), -STEEPEST, STEEPEST);
-}
 
 fn neighbour_height(job: DecodeJob, at: vec2<i32>) -> f32 {
     if any(at < vec2<i32>(0)) || any(at >= vec2<i32>(i32(job.stored_size))) {

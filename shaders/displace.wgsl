@@ -1,7 +1,7 @@
 // Displaces the visible blocks of the circular mesh: the mesh is flat and centred under the eye,
 // and each vertex takes its height from the finest cached tile that holds it. Done once a vertex in
 // a compute pass: a vertex shader would repeat it for every triangle that shares the vertex.
-// needs: common/frame.wgsl common/tile_lookup.wgsl common/height_sample.wgsl common/mesh.wgsl
+// needs: common/frame.wgsl common/tile_lookup.wgsl common/bilinear_height.wgsl common/height_sample.wgsl common/mesh.wgsl
 
 struct MeshVertex {
     // Normalised by the mesh scale: east, north, and the spacing of the mesh here.

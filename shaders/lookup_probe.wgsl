@@ -1,6 +1,6 @@
 // Runs the tile lookup and the height sampling at given points, so that a test can compare every
 // answer with the twin on the CPU.
-// needs: common/frame.wgsl common/tile_lookup.wgsl common/height_sample.wgsl
+// needs: common/frame.wgsl common/tile_lookup.wgsl common/bilinear_height.wgsl common/height_sample.wgsl
 
 struct ProbePoint {
     east_m: f32,

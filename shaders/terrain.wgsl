@@ -1,20 +1,5 @@
 // Draws the displaced mesh: imagery of the finest cached tile, lit by the slopes, seen through haze.
-// needs: common/frame.wgsl common/tile_lookup.wgsl common/surface_sample.wgsl common/colour_sample.wgsl common/atmosphere.wgsl
-
-// Fixed when the pipeline is built, so that what is not wanted costs nothing.
-override HAS_COLOURS: bool = true;
-// Whether there is ground without data, to be left out.
-override HAS_VOIDS: bool = true;
-override DEBUG_VIEW: u32 = 0u;
-override MULTISAMPLED: bool = false;
-
-const DEBUG_OFF: u32 = 0u;
-const DEBUG_LEVELS: u32 = 2u;
-const DEBUG_SLOPES: u32 = 3u;
-
-// Where a pixel is multisampled, a triangle that covers only a part of it may miss its centre, and its
-// plane may be anywhere there: hence centroids, which lie on the triangle. In a pixel that is covered
-// as a whole they are its centre.
+// needs: common/frame.wgsl common/tile_lookup.wgsl common/surface_sample.wgsl common/colour_sample.wgsl common/atmosphere.wgsl common/ground_light.wgsl common/tile_ground.wgsl
 
 // A triangle that lies in one tile of each layer as a whole: the tiles come with its first vertex,
 // and its fragments look nothing up.
@@ -54,82 +39,12 @@ fn vertex_across(@location(0) relative_m: vec3<f32>) -> AcrossVertex {
     return AcrossVertex(clip, relative_m, transmittance(relative_m));
 }
 
-// Part of the ground's light that comes through the air to this fragment. Interpolated between the
-// vertices, except where a fragment may lie beside its triangle: an interpolated part could then be
-// more than all, and centroids are not to be had either, because llvmpipe (Mesa 22.3) divides what it
-// interpolates there by the depth at the pixel's centre.
-fn clear_at(relative_m: vec3<f32>, interpolated: f32) -> f32 {
-    if MULTISAMPLED {
-        return transmittance(relative_m);
-    }
-    return interpolated;
-}
-
-// Where there is no imagery: tints by height, as on a relief map.
-fn tint_by_height(relative_z_m: f32) -> vec3<f32> {
-    let part = clamp(relative_z_m * frame.tint_per_m + frame.tint_at_eye, 0.0, 1.0);
-    let low = vec3<f32>(0.19, 0.30, 0.15);
-    let high = vec3<f32>(0.80, 0.76, 0.70);
-    return low + (high - low) * part;
-}
-
-// Light on a slope relative to level ground, so that imagery on level ground keeps its colours.
-fn light(slope: vec2<f32>) -> f32 {
-    let normal = normalize(vec3<f32>(-slope * frame.vertical_exaggeration, 1.0));
-    let ambient = 0.35 + 0.15 * normal.z;
-    let direct = max(dot(normal, frame.sun_direction), 0.0);
-    let level = 0.5 + frame.sun_direction.z;
-    return mix(1.0, (ambient + direct) / level, frame.shading_strength);
-}
-
-fn level_colour(level: u32) -> vec3<f32> {
-    let hue = f32(level) * 0.381966;
-    return 0.5 + 0.5 * cos(6.2831853 * (hue + vec3<f32>(0.0, 0.333, 0.667)));
-}
-
-fn tile_border(place: vec2<f32>, size: f32, pixel: vec2<f32>) -> f32 {
-    let to_border = min(place, vec2<f32>(size) - place) / max(pixel, vec2<f32>(1.0e-6));
-    return 1.0 - smoothstep(0.5, 1.5, min(to_border.x, to_border.y));
-}
-
-// A pixel on the ground: metres east and north of the eye, and how they change to the next pixels.
-// Gradients of the continuous coordinate do not jump where the tile changes.
-struct Footprint {
-    offset_m: vec2<f32>,
-    step_x_m: vec2<f32>,
-    step_y_m: vec2<f32>,
-}
-
 // Slopes and coverage under the footprint. Without coverage the fragment is left out.
 fn surface_under(tile: TilePlace, pixel: Footprint) -> vec3<f32> {
     // The footprint's two sides squared and multiplied: its geometric mean to the fourth power.
     let footprint_m4 = dot(pixel.step_x_m, pixel.step_x_m) * dot(pixel.step_y_m, pixel.step_y_m);
     let mip = 0.25 * log2(max(footprint_m4, 1.0e-30)) + log2(tile.texels_per_m);
     return sample_slope(tile, texel_in_tile(tile, pixel.offset_m), mip);
-}
-
-fn imagery_under(tile: TilePlace, pixel: Footprint) -> vec4<f32> {
-    let flip = vec2<f32>(tile.texels_per_m, -tile.texels_per_m);
-    let place = texel_in_tile(tile, pixel.offset_m);
-    return sample_colour(tile, place, pixel.step_x_m * flip, pixel.step_y_m * flip);
-}
-
-// The picture's colour of ground lit by its slope, seen through the air.
-fn ground_colour(bare: vec3<f32>, slope: vec2<f32>, clear: f32) -> vec4<f32> {
-    return vec4<f32>(mix(frame.haze_colour, bare * light(slope), clear), 1.0);
-}
-
-// The picture with what the debug view shows. Where borders are drawn there is no haze over them.
-fn debug_colour(bare: vec3<f32>, lit: f32, shown: TileEntry, pixel: Footprint, size: f32, clear: f32) -> vec4<f32> {
-    if DEBUG_VIEW == DEBUG_SLOPES {
-        return vec4<f32>(mix(frame.haze_colour, vec3<f32>(lit * 0.6), clear), 1.0);
-    }
-    let hue = level_colour(shown.level);
-    let shaded = mix(bare * lit, hue, select(0.0, 0.45, DEBUG_VIEW == DEBUG_LEVELS));
-    let pixel_texels = (abs(pixel.step_x_m) + abs(pixel.step_y_m)) * shown.place.texels_per_m;
-    let gutter = select(frame.height_gutter_texels, frame.colour_gutter_texels, HAS_COLOURS);
-    let place = texel_in_tile(shown.place, pixel.offset_m) + told_from_texel(shown.place, size, gutter);
-    return vec4<f32>(mix(shaded, hue, tile_border(place, size, pixel_texels)), 1.0);
 }
 
 // Within one tile the places of a triangle's fragments are continuous, so that the sampler itself can
@@ -191,9 +106,7 @@ fn fragment_across(in: AcrossVertex) -> @location(0) vec4<f32> {
     if HAS_COLOURS {
         shown = tile_entries[find_tile(frame.colour_table, position)];
         size = frame.colour_tile_texels;
-        // Imagery ends with the data; its outermost texels go on to the very edge.
-        let half_texel_m = vec2<f32>(0.5 / shown.place.texels_per_m);
-        pixel.offset_m = clamp(offset_m, frame.data_min_from_eye_m + half_texel_m, frame.data_max_from_eye_m - half_texel_m);
+        pixel.offset_m = imaged_offset_m(shown.place, offset_m);
         let imagery = imagery_under(shown.place, pixel);
         bare = mix(bare, imagery.rgb, imagery.a);
     }

@@ -26,18 +26,7 @@ fn bilinear_height(tile: TilePlace, place: vec2<f32>, mip: i32) -> vec2<f32> {
     let h10 = load_height(corner + vec2<i32>(1, 0), mip);
     let h01 = load_height(corner + vec2<i32>(0, 1), mip);
     let h11 = load_height(corner + vec2<i32>(1, 1), mip);
-    let heights = vec4<f32>(h00, h10, h01, h11);
-    if all(heights > vec4<f32>(NO_DATA_M)) {
-        let north = h00 + (h10 - h00) * part.x;
-        let south = h01 + (h11 - h01) * part.x;
-        return vec2<f32>(north + (south - north) * part.y, 1.0);
-    }
-    let rest = 1.0 - part;
-    var weights = vec4<f32>(rest.x * rest.y, part.x * rest.y, rest.x * part.y, part.x * part.y);
-    weights = select(vec4<f32>(0.0), weights, heights > vec4<f32>(NO_DATA_M));
-    let weight = weights.x + weights.y + weights.z + weights.w;
-    let sum = dot(weights, select(vec4<f32>(0.0), heights, heights > vec4<f32>(NO_DATA_M)));
-    return vec2<f32>(select(0.0, sum / weight, weight > 0.0), weight);
+    return bilinear_of(vec4<f32>(h00, h10, h01, h11), part);
 }
 
 // Height relative to the coarse eye height, band-limited to `spacing_m`: trilinear between the two

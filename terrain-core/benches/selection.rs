@@ -72,7 +72,9 @@ fn config_of(strategy: Strategy, tree: &TileTree, tiles: usize) -> SelectionConf
         |texel_px| SelectionConfig { max_tiles: usize::MAX, texel_px, ..Default::default() };
     let strategy = strategy.implementation();
     let selection = |texel_px| {
-        strategy.select(tree, Some(SeenGround::of_box(&region)), &view, &config(texel_px))
+        let seen = SeenGround::of_box(&region);
+        let chosen = strategy.map(|s| s.select(tree, Some(seen), &view, &config(texel_px)));
+        chosen.unwrap_or_default()
     };
     let count = |texel_px| selection(texel_px).tiles.len();
     let (mut coarse, mut fine) = (1_000.0_f64, 0.01_f64);

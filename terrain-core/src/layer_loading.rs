@@ -15,7 +15,7 @@ pub(crate) struct LayerIntakes {
 }
 
 /// Worker threads a layer: reading and decoding overlap, and the frame's own thread stays free.
-const THREADS: usize = 2;
+pub(crate) const LOADING_THREADS: usize = 2;
 
 /// Intakes of the source's layers, colours arriving in `format`. Level 0 of each is loaded before this
 /// returns, and waits for its upload.
@@ -29,20 +29,34 @@ pub(crate) fn open_intakes(
 ) -> Result<LayerIntakes, OpenTerrainError> {
     let of_heights = Arc::clone(source);
     let load = Arc::new(move |tile| of_heights.load_heights(tile));
-    let mut heights = TileIntake::new(THREADS, load, |tile: &HeightTile| tile.samples.byte_len())?;
+    let mut heights =
+        TileIntake::new(LOADING_THREADS, load, |tile: &HeightTile| tile.samples.byte_len())?;
     let loaded = source.load_heights(TileId::ROOT)?;
     ledger.add(ByteCause::Disk, loaded.disk_bytes);
     heights.supply(TileId::ROOT, loaded.tile);
+    Ok(LayerIntakes { heights, colours: open_colour_intake(source, format, ledger)? })
+}
+
+/// The intake of the colours alone, as [`open_intakes`] opens it; `None` without imagery.
+///
+/// # Errors
+/// Where level 0 cannot be loaded or the system gives no threads.
+pub(crate) fn open_colour_intake(
+    source: &Arc<dyn TileSource>,
+    format: ColourFormat,
+    ledger: &mut FrameLedger,
+) -> Result<Option<TileIntake<ColourTile>>, OpenTerrainError> {
     if source.manifest().colours.is_none() || source.colours_present().is_empty() {
-        return Ok(LayerIntakes { heights, colours: None });
+        return Ok(None);
     }
     let of_colours = Arc::clone(source);
     let load = Arc::new(move |tile| load_colours(&*of_colours, format, tile));
-    let mut colours = TileIntake::new(THREADS, load, |tile: &ColourTile| tile.data.len() as u64)?;
+    let mut colours =
+        TileIntake::new(LOADING_THREADS, load, |tile: &ColourTile| tile.data.len() as u64)?;
     let loaded = load_colours(&**source, format, TileId::ROOT)?;
     ledger.add(ByteCause::Disk, loaded.disk_bytes);
     colours.supply(TileId::ROOT, loaded.tile);
-    Ok(LayerIntakes { heights, colours: Some(colours) })
+    Ok(Some(colours))
 }
 
 /// The format colours are to have on the GPU: the source's, or plain RGBA where the device does not
@@ -55,7 +69,7 @@ pub(crate) fn colour_format(source: &dyn TileSource, has_block_compression: bool
 }
 
 /// Loads a colour tile and brings it into the format.
-fn load_colours(
+pub(crate) fn load_colours(
     source: &dyn TileSource,
     format: ColourFormat,
     tile: TileId,

@@ -65,7 +65,8 @@ pub enum LookupMethod {
 /// What a user can set about drawing. All fields are public; [`Self::checked`] brings them in range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RendererSettings {
-    /// How tiles are chosen. What is cached stays when it changes.
+    /// How ground is brought to the GPU and drawn. Between strategies that only choose tiles, what is
+    /// cached stays when it changes.
     pub strategy: Strategy,
     /// What counts as visible, for strategies that go by what the GPU saw.
     pub visibility: Visibility,
@@ -75,7 +76,9 @@ pub struct RendererSettings {
     pub cache_rows: u32,
     /// Most tiles a selection may have, level 0 included: the paper's MaxofTiles.
     pub max_tiles: usize,
-    /// A tile is split while its texels are drawn larger than this many pixels.
+    /// A tile is split while its texels are drawn larger than this many pixels. Of a clipmap, the
+    /// most that texels of a level are to measure where the level begins: a window has 4 / (`texel_px`
+    /// times a pixel's angle in radians) texels a side.
     pub texel_px: f64,
     /// Size that the mesh's triangles are to have in pixels; 0 leaves it to the adapter. A mesh of more
     /// than about a million vertices is made coarser.

@@ -19,8 +19,9 @@ use terrain_core::tiling::TileId;
 use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
 use terrain_tests::{AnalyticSource, Picture, RasterFixture, Surface, gpu};
 
-/// One strategy of each way to keep the caches.
-const STRATEGIES: [Strategy; 2] = [Strategy::RttQuadtree, Strategy::RttQuadtreeGpu];
+/// One strategy of each way to bring ground to the GPU and to draw it.
+const STRATEGIES: [Strategy; 3] =
+    [Strategy::RttQuadtree, Strategy::RttQuadtreeGpu, Strategy::Clipmap];
 
 fn settings_of(strategy: Strategy) -> RendererSettings {
     RendererSettings { strategy, ..Default::default() }
@@ -179,10 +180,14 @@ fn views_that_are_none_are_refused_and_leave_the_renderer_as_it_was() {
 fn exaggeration_up_to_a_thousandfold_and_what_is_none() {
     // What is no factor, or beyond the range from 0.01 to 1000, is brought into it.
     let Some(gpu) = gpu() else { return };
-    for vertical_exaggeration in [0.0, 1.0e-3, 1.0, 1000.0, f64::INFINITY, f64::NAN, -3.0] {
-        let settings = RendererSettings { vertical_exaggeration, ..Default::default() };
+    let factors = [0.0, 1.0e-3, 1.0, 1000.0, f64::INFINITY, f64::NAN, -3.0];
+    let strategies = [Strategy::RttQuadtree, Strategy::Clipmap].into_iter();
+    for (strategy, vertical_exaggeration) in
+        strategies.flat_map(|strategy| factors.map(|factor| (strategy, factor)))
+    {
+        let settings = RendererSettings { vertical_exaggeration, ..settings_of(strategy) };
         let mut bench = Bench::new(&gpu, source_of(hills()), settings);
-        let what = format!("exaggeration {vertical_exaggeration}");
+        let what = format!("{strategy}, exaggeration {vertical_exaggeration}");
         for (eye_m, pitch_deg) in [(2_500.0, -18.0), (900_000.0, -90.0)] {
             let eye = view().eye.truncate().extend(eye_m);
             let drawn = bench.check(&what, &CameraView { eye, pitch_deg, ..view() });
@@ -210,13 +215,16 @@ fn heights_at_the_limits_of_their_types() {
         ("the usual mark of a void", |p| half(p, -3.402_823_466e38, 10.0)),
     ];
     for (what, height_m) in surfaces {
-        let surface = Surface { height_m, colour: |_| [120, 130, 90] };
-        let mut bench = Bench::new(&gpu, source_of(surface), RendererSettings::default());
-        for (x, heading_deg, pitch_deg) in
-            [(4_000.0, -60.0, -18.0), (-4_000.0, 60.0, -18.0), (500.0, 0.0, -90.0)]
-        {
-            let eye = DVec3::new(x, 0.0, 2_500.0);
-            bench.check(what, &CameraView { eye, heading_deg, pitch_deg, ..view() });
+        for strategy in [Strategy::RttQuadtree, Strategy::Clipmap] {
+            let surface = Surface { height_m, colour: |_| [120, 130, 90] };
+            let mut bench = Bench::new(&gpu, source_of(surface), settings_of(strategy));
+            let what = format!("{strategy}, {what}");
+            for (x, heading_deg, pitch_deg) in
+                [(4_000.0, -60.0, -18.0), (-4_000.0, 60.0, -18.0), (500.0, 0.0, -90.0)]
+            {
+                let eye = DVec3::new(x, 0.0, 2_500.0);
+                bench.check(&what, &CameraView { eye, heading_deg, pitch_deg, ..view() });
+            }
         }
     }
 }
@@ -338,7 +346,7 @@ fn any_camera_at_all() {
     for case in 0..200 {
         if case % 25 == 0 {
             let settings = RendererSettings {
-                strategy: STRATEGIES[case / 25 % 2],
+                strategy: STRATEGIES[case / 25 % STRATEGIES.len()],
                 vertical_exaggeration: 10.0_f64.powf(random.between(-2.0, 3.0)),
                 triangle_px: random.between(1.0, 64.0),
                 ..Default::default()

@@ -12,6 +12,17 @@ impl HeightTile {
         layout: &LayerLayout,
         point: DVec2,
     ) -> Option<f64> {
+        self.held_height_at_m(scheme, layout, point).map(|(height_m, _)| height_m)
+    }
+
+    /// [`Self::height_at_m`] with the part of the four samples around the point, by their bilinear
+    /// weights, that hold data.
+    pub fn held_height_at_m(
+        &self,
+        scheme: &TilingScheme,
+        layout: &LayerLayout,
+        point: DVec2,
+    ) -> Option<(f64, f64)> {
         let corner = layout.stored_extent(scheme, self.id);
         let texel_m = layout.texel_size_m(scheme, self.id.level);
         let place = DVec2::new(point.x - corner.min.x, corner.max.y - point.y) / texel_m - 0.5;
@@ -36,6 +47,6 @@ impl HeightTile {
                 weight += share;
             }
         }
-        (weight > 0.0).then(|| sum / weight)
+        (weight > 0.0).then(|| (sum / weight, weight))
     }
 }

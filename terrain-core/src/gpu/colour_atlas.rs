@@ -78,7 +78,7 @@ impl ColourAtlas {
 }
 
 /// The GPU's name of a colour format.
-fn texture_format(format: ColourFormat) -> wgpu::TextureFormat {
+pub(super) fn texture_format(format: ColourFormat) -> wgpu::TextureFormat {
     match format {
         ColourFormat::Bc1 => wgpu::TextureFormat::Bc1RgbaUnormSrgb,
         ColourFormat::Bc7 => wgpu::TextureFormat::Bc7RgbaUnormSrgb,

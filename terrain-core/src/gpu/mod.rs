@@ -5,6 +5,7 @@
 mod adapter_survey;
 mod atlas;
 mod build_tile_table_pass;
+mod clipmap;
 mod colour_atlas;
 mod compute_pipeline;
 mod context;
@@ -50,8 +51,15 @@ mod tile_selection;
 mod timestamps;
 #[cfg(test)]
 mod twin_tests;
+mod view_mesh_buffers;
+mod view_mesh_pass;
 
 pub use adapter_survey::{AdapterReport, CapabilityReport, LimitReport, survey_adapters};
+pub(crate) use clipmap::{
+    ClipBindings, ClipDecodePass, ClipFrame, ClipHeightUpload, ClipHeightsPass, ClipLevel,
+    ClipMeshBuffers, ClipPass, ClipPassSettings, ClipTextureSizes, ClipTextures, WrittenTexels,
+    draw_clip_coordinates,
+};
 pub use context::{AdapterChoice, GpuContext, GpuError};
 pub(crate) use coordinate_feedback::CoordinateFeedback;
 pub(crate) use coordinate_pass::CoordinatePass;
@@ -79,6 +87,8 @@ pub(crate) use tile_report::TileReport;
 pub(crate) use tile_report_ring::TileReportRing;
 pub(crate) use tile_selection::{SelectionRequest, TileSelection};
 pub(crate) use timestamps::FrameTimer;
+pub(crate) use view_mesh_buffers::ViewMeshBuffers;
+pub(crate) use view_mesh_pass::{ViewMeshPass, ViewMeshPassSettings, draw_view_mesh_coordinates};
 
 /// Depth format of every pass: float, because depth runs in reverse from 1 near to 0 at infinity.
 pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;

@@ -24,20 +24,70 @@ macro_rules! shader {
 }
 
 /// Displacement of the mesh's vertices.
-pub static DISPLACE: Shader = shader!("displace", "frame", "tile_lookup", "height_sample", "mesh");
+pub static DISPLACE: Shader =
+    shader!("displace", "frame", "tile_lookup", "bilinear_height", "height_sample", "mesh");
 /// Triangles within one tile told from those across a border.
 pub static SORT_TRIANGLES: Shader = shader!("sort_triangles", "frame", "tile_lookup", "mesh");
 /// The picture of the terrain.
-pub static TERRAIN: Shader =
-    shader!("terrain", "frame", "tile_lookup", "surface_sample", "colour_sample", "atmosphere");
+pub static TERRAIN: Shader = shader!(
+    "terrain",
+    "frame",
+    "tile_lookup",
+    "surface_sample",
+    "colour_sample",
+    "atmosphere",
+    "ground_light",
+    "tile_ground"
+);
+/// The picture of a mesh made on the CPU for the view.
+pub static VIEW_MESH: Shader = shader!(
+    "view_mesh",
+    "frame",
+    "tile_lookup",
+    "surface_sample",
+    "colour_sample",
+    "atmosphere",
+    "ground_light",
+    "tile_ground",
+    "view_mesh_vertex"
+);
+/// Coordinates of the ground of such a mesh under each pixel.
+pub static VIEW_MESH_COORDINATES: Shader =
+    shader!("view_mesh_coordinates", "frame", "view_mesh_vertex");
+/// Changes of such a mesh, carried out.
+pub static VIEW_MESH_UPDATE: Shader = shader!("view_mesh_update");
 /// The sky behind it.
 pub static SKY: Shader = shader!("sky", "frame", "atmosphere");
 /// Coordinates of the ground under each pixel.
 pub static COORDINATES: Shader = shader!("coordinates", "frame", "tile_lookup", "surface_sample");
 /// Decoding and halving of uploaded heights.
-pub static DERIVE_HEIGHTS: Shader = shader!("derive_heights");
+pub static DERIVE_HEIGHTS: Shader = shader!("derive_heights", "stored_heights");
 /// Halving of uploaded colours.
 pub static DERIVE_COLOURS: Shader = shader!("derive_colours");
+/// Heights sent to a clipmap, brought to where they wrap round to.
+pub static CLIPMAP_HEIGHTS: Shader = shader!("clipmap_heights", "stored_heights");
+/// The picture of a clipmap's ground.
+pub static CLIPMAP: Shader = shader!(
+    "clipmap",
+    "frame",
+    "clip_levels",
+    "bilinear_height",
+    "clip_heights",
+    "clip_mesh",
+    "clip_surface",
+    "atmosphere",
+    "ground_light"
+);
+/// Coordinates of a clipmap's ground under each pixel.
+pub static CLIPMAP_COORDINATES: Shader = shader!(
+    "clipmap_coordinates",
+    "frame",
+    "clip_levels",
+    "bilinear_height",
+    "clip_heights",
+    "clip_mesh",
+    "clip_surface"
+);
 /// Slots given to selected tiles.
 pub static MANAGE_TILES: Shader =
     shader!("manage_tiles", "packed_tile", "tile_presence", "workgroup_scan");
@@ -68,7 +118,8 @@ pub static MERGE_TILES: Shader =
 /// The selected tiles in order.
 pub static LIST_TILES: Shader = shader!("list_tiles", "tile_arena");
 /// The lookup by itself, so that it can be compared with its twin on the CPU.
-pub static LOOKUP_PROBE: Shader = shader!("lookup_probe", "frame", "tile_lookup", "height_sample");
+pub static LOOKUP_PROBE: Shader =
+    shader!("lookup_probe", "frame", "tile_lookup", "bilinear_height", "height_sample");
 /// Pictures of the renderer's own textures.
 pub static DEBUG_IMAGE: Shader = shader!("debug_image");
 /// Rays on a limit-triangulated surface.
@@ -92,14 +143,20 @@ pub static PRECISION_NATIVE_F64: Shader = shader!("precision_native", "real_f64"
 pub static PRECISION_NATIVE_F16: Shader = shader!("precision_native", "real_f16");
 
 /// Every shader of the library that needs no optional feature, for tests that look at all of them.
-pub static ALL: [&Shader; 24] = [
+pub static ALL: [&Shader; 30] = [
     &DISPLACE,
     &SORT_TRIANGLES,
     &TERRAIN,
+    &VIEW_MESH,
+    &VIEW_MESH_COORDINATES,
+    &VIEW_MESH_UPDATE,
     &SKY,
     &COORDINATES,
     &DERIVE_HEIGHTS,
     &DERIVE_COLOURS,
+    &CLIPMAP_HEIGHTS,
+    &CLIPMAP,
+    &CLIPMAP_COORDINATES,
     &MANAGE_TILES,
     &BUILD_TILE_TABLE,
     &PLACE_TILES,

@@ -27,10 +27,32 @@ impl TerrainCache {
         gpu: &GpuContext,
         tree: &TileTree,
         colour_format: ColourFormat,
-        (columns, rows): (u32, u32),
+        slots: (u32, u32),
+    ) -> Self {
+        Self::with_slots(gpu, tree, colour_format, [slots, slots])
+    }
+
+    /// [`Self::new`] for a method that keeps heights elsewhere: theirs is a stub of one slot.
+    pub fn of_colours(
+        gpu: &GpuContext,
+        tree: &TileTree,
+        colour_format: ColourFormat,
+        slots: (u32, u32),
+    ) -> Self {
+        Self::with_slots(gpu, tree, colour_format, [(1, 1), slots])
+    }
+
+    fn with_slots(
+        gpu: &GpuContext,
+        tree: &TileTree,
+        colour_format: ColourFormat,
+        [height_slots, (columns, rows)]: [(u32, u32); 2],
     ) -> Self {
         let grid = |slot_size_texels| AtlasGrid { columns, rows, slot_size_texels };
-        let heights = HeightAtlas::new(&gpu.device, grid(tree.heights.layout.stored_size_texels()));
+        let slot_size_texels = tree.heights.layout.stored_size_texels();
+        let height_grid =
+            AtlasGrid { columns: height_slots.0, rows: height_slots.1, slot_size_texels };
+        let heights = HeightAtlas::new(&gpu.device, height_grid);
         let colour_grid = tree
             .colours
             .as_ref()

@@ -35,8 +35,9 @@ impl CostAt {
 /// A cost over the errors of a sweep: the least cost of an error no larger.
 ///
 /// A setting that another beats in both says nothing about what the strategy has to cost and is passed
-/// over. Between the others the curve is [monotone](super::monotone_curve), logarithm over logarithm,
-/// since both run over decades; where a cost is 0, cost itself over the logarithm of the error.
+/// over. Between the others the curve is a monotone cubic (M. Steffen, "A simple method for monotonic
+/// interpolation in one dimension", 1990), logarithm over logarithm, since both run over decades; where
+/// a cost is 0, cost itself over the logarithm of the error.
 #[derive(Clone, Debug)]
 pub struct CostCurve {
     /// Logarithms of the errors, rising.

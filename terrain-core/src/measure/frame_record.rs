@@ -96,6 +96,18 @@ impl FrameRecord {
         self.upload_dom_texels = totals.texels(ByteCause::Dom);
     }
 
+    /// The columns of tiles by name.
+    pub fn tile_columns(&self) -> [(&'static str, u64); 6] {
+        [
+            ("tiles_selected", self.tiles_selected),
+            ("tiles_hidden", self.tiles_hidden),
+            ("tiles_new", self.tiles_new),
+            ("tiles_missing", self.tiles_missing),
+            ("tiles_evicted", self.tiles_evicted),
+            ("tiles_resident", self.tiles_resident),
+        ]
+    }
+
     /// The columns of bytes by name: the file's, the sum to the GPU, its five parts, the readback.
     pub fn byte_columns(&self) -> [(&'static str, u64); 8] {
         [
@@ -195,13 +207,8 @@ impl FrameRecord {
             ("set_up_ms", ms(self.set_up_ms)),
             ("draw_ms", ms(self.draw_ms)),
             ("submit_ms", ms(self.submit_ms)),
-            ("tiles_selected", self.tiles_selected.to_string()),
-            ("tiles_hidden", self.tiles_hidden.to_string()),
-            ("tiles_new", self.tiles_new.to_string()),
-            ("tiles_missing", self.tiles_missing.to_string()),
-            ("tiles_evicted", self.tiles_evicted.to_string()),
-            ("tiles_resident", self.tiles_resident.to_string()),
         ];
+        columns.extend(self.tile_columns().map(count));
         columns.extend(self.byte_columns().map(count));
         columns.extend([
             ("upload_dem_texels", self.upload_dem_texels.to_string()),

@@ -4,6 +4,8 @@
 //! [`TerrainMethod`] carries its steps out. Strategies that differ only in which tiles they choose
 //! share a method, so that a comparison of them compares nothing else.
 
+mod clipmap;
+mod cpu_mesh;
 mod drawn_tiles;
 mod gpu_tile_scheduling;
 mod region_state;
@@ -15,6 +17,8 @@ use std::time::Duration;
 
 use glam::DVec2;
 
+use self::clipmap::Clipmap;
+use self::cpu_mesh::CpuMesh;
 use self::gpu_tile_scheduling::GpuTileScheduling;
 use self::tile_scheduling::TileScheduling;
 use crate::CameraView;
@@ -157,6 +161,8 @@ pub(crate) struct MethodKey {
 enum MethodKind {
     TileScheduling,
     GpuTileScheduling,
+    CpuMesh,
+    Clipmap,
 }
 
 impl MethodKey {
@@ -164,10 +170,15 @@ impl MethodKey {
         let kind = match settings.strategy {
             Strategy::RttQuadtree | Strategy::CpuFrustum => MethodKind::TileScheduling,
             Strategy::RttQuadtreeGpu => MethodKind::GpuTileScheduling,
+            Strategy::CpuMesh => MethodKind::CpuMesh,
+            Strategy::Clipmap => MethodKind::Clipmap,
         };
         let made_for = match kind {
             MethodKind::TileScheduling => TileScheduling::made_for(settings),
             MethodKind::GpuTileScheduling => GpuTileScheduling::made_for(settings),
+            MethodKind::CpuMesh => CpuMesh::made_for(settings),
+            // Whatever changes, it keeps what it has.
+            MethodKind::Clipmap => RendererSettings::default(),
         };
         Self { kind, settings: made_for }
     }
@@ -186,5 +197,7 @@ pub(crate) fn open_method(
     match MethodKey::of(cx.settings).kind {
         MethodKind::TileScheduling => Ok(Box::new(TileScheduling::open(cx, source, tree)?)),
         MethodKind::GpuTileScheduling => Ok(Box::new(GpuTileScheduling::open(cx, source, tree)?)),
+        MethodKind::CpuMesh => Ok(Box::new(CpuMesh::open(cx, source, tree)?)),
+        MethodKind::Clipmap => Ok(Box::new(Clipmap::open(cx, source, tree)?)),
     }
 }

@@ -3,7 +3,7 @@ use crate::selection::TileTree;
 use crate::terrain_renderer::RenderError;
 
 /// Whether the textures of the caches are no larger than the device can make them.
-pub(super) fn check_cache_fits(
+pub(in crate::method) fn check_cache_fits(
     gpu: &GpuContext,
     tree: &TileTree,
     (columns, rows): (u32, u32),

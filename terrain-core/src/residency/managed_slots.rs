@@ -268,7 +268,10 @@ impl Flight {
             let shows = held.is_some_and(|held| held.state == SlotState::Resident);
             assert!(!shows, "{placement:?} overwrites {held:?}");
             let evicted = self.atlas.insert(placement.slot, payload);
-            let was_there = |tile: &TileId| self.latest_slot.get(tile) == Some(&placement.slot);
+            // Not what lies elsewhere by now, nor the tile itself, come back to the slot it had.
+            let was_there = |tile: &TileId| {
+                self.latest_slot.get(tile) == Some(&placement.slot) && *tile != placement.tile
+            };
             assert_eq!(placement.evicted, evicted.filter(was_there));
             self.latest_slot.insert(placement.tile, placement.slot);
             uploaded.push(TileInSlot::new(placement.tile, placement.slot));

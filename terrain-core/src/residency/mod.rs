@@ -1,6 +1,7 @@
 //! Which tiles are in memory and where: the slots of an atlas, the table that finds a point's tile,
 //! the queue of tiles to load. Plans only, no GPU.
 
+pub mod clipmap;
 mod layer_stream;
 #[cfg(test)]
 pub(crate) mod managed_slots;
@@ -16,7 +17,7 @@ pub use offset_table::{OffsetEntry, OffsetTable, slot_origin_texels};
 pub(crate) use slot_stream::{SlotStream, SlotUpdate};
 pub use tile_cache::{CachePlan, Placement, TileCache};
 pub(crate) use tile_in_slot::TileInSlot;
-pub(crate) use tile_intake::TileIntake;
+pub(crate) use tile_intake::{Taken, TileIntake};
 pub use tile_loader::{LoadPanic, TileLoader};
 
 #[cfg(test)]

@@ -29,6 +29,7 @@ mod visible_region;
 pub use cpu_frustum::select_by_frustum;
 pub use merge_farthest::merge_farthest;
 pub use regularize::regularize;
+pub(crate) use rtt_quadtree::RttQuadtree;
 pub use rtt_quadtree::select;
 #[cfg(test)]
 pub(crate) use seen_tiles::SeenTiles;

@@ -5,7 +5,7 @@ use super::{
 use crate::CameraView;
 
 /// The paper's tile scheduling, [`select`], as a strategy.
-pub(super) struct RttQuadtree;
+pub(crate) struct RttQuadtree;
 
 impl SelectionStrategy for RttQuadtree {
     fn needs_region(&self) -> bool {

@@ -49,6 +49,12 @@ pub enum Strategy {
     /// The traditional way: a quadtree against the view frustum by screen-space error; see
     /// [`select_by_frustum()`](super::select_by_frustum()).
     CpuFrustum,
+    /// A triangulation made on the CPU for the view and sent as geometry; see
+    /// [`ViewMesh`](crate::surface::view_mesh::ViewMesh). Imagery is chosen as by
+    /// [`Self::CpuFrustum`].
+    CpuMesh,
+    /// Geometry clipmap for heights and clipmap for colours: windows round the eye instead of tiles.
+    Clipmap,
 }
 
 /// There is no strategy of this name.
@@ -58,7 +64,8 @@ pub struct UnknownStrategy(pub String);
 
 impl Strategy {
     /// Every strategy.
-    pub const ALL: [Self; 3] = [Self::RttQuadtree, Self::RttQuadtreeGpu, Self::CpuFrustum];
+    pub const ALL: [Self; 5] =
+        [Self::RttQuadtree, Self::RttQuadtreeGpu, Self::CpuFrustum, Self::CpuMesh, Self::Clipmap];
 
     /// The name on the command line, in records and reports.
     pub const fn name(self) -> &'static str {
@@ -66,15 +73,18 @@ impl Strategy {
             Self::RttQuadtree => "rtt-quadtree",
             Self::RttQuadtreeGpu => "rtt-quadtree-gpu",
             Self::CpuFrustum => "cpu-frustum",
+            Self::CpuMesh => "cpu-mesh",
+            Self::Clipmap => "clipmap",
         }
     }
 
     /// How tiles are chosen, as far as they are on the CPU: of a strategy that chooses on the GPU the
-    /// twin, which gives the same.
-    pub fn implementation(self) -> &'static dyn SelectionStrategy {
+    /// twin, which gives the same; `None` where there are no tiles to choose.
+    pub fn implementation(self) -> Option<&'static dyn SelectionStrategy> {
         match self {
-            Self::RttQuadtree | Self::RttQuadtreeGpu => &RttQuadtree,
-            Self::CpuFrustum => &CpuFrustum,
+            Self::RttQuadtree | Self::RttQuadtreeGpu => Some(&RttQuadtree),
+            Self::CpuFrustum | Self::CpuMesh => Some(&CpuFrustum),
+            Self::Clipmap => None,
         }
     }
 }

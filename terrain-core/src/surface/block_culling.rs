@@ -58,7 +58,7 @@ impl CircularMesh {
 
 /// Inward normals (not of unit length) of the view's side planes, and of the plane through the eye
 /// square to the view. All pass through the eye.
-fn inward_normals(view: &CameraView) -> [DVec3; 5] {
+pub(super) fn inward_normals(view: &CameraView) -> [DVec3; 5] {
     let axes = view.view_from_world();
     let (right, up, forward) = (axes.row(0), axes.row(1), -axes.row(2));
     let half_height = (0.5 * view.fov_y_deg.to_radians()).tan();

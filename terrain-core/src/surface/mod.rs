@@ -2,9 +2,12 @@
 
 mod block_culling;
 mod circular_mesh;
+mod clip_mesh;
 mod ring_layout;
+pub mod view_mesh;
 
 pub use circular_mesh::{CircularMesh, CircularMeshSettings, MeshBlock, MeshVertex};
+pub use clip_mesh::{CLIP_BLOCKS_A_SIDE, ClipBlock, ClipMesh, ClipMeshView};
 
 #[cfg(test)]
 mod tests;

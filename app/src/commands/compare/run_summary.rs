@@ -41,6 +41,10 @@ pub struct RunSummary {
     pub jank_sum_ms: f64,
     /// Tiles uploaded, all frames together.
     pub tiles_new: u64,
+    /// Tiles selected, hidden, new, missing, evicted and resident: means over the frames.
+    pub tiles_a_frame: BTreeMap<&'static str, f64>,
+    /// Frames that the region tiles were selected by was old, mean; `None` where there was none.
+    pub region_age_frames: Option<f64>,
     /// Mean bytes a frame, by cause.
     pub bytes_a_frame: ByteMeans,
     /// Bytes to the GPU in the first frame, which brings what is sent once.
@@ -135,6 +139,12 @@ impl RunSummary {
             stage_ms: means(records.iter().flat_map(FrameRecord::stage_columns)),
             jank_sum_ms: jank_sum_ms(records.iter().map(|record| record.frame_ms)),
             tiles_new: records.iter().map(|record| record.tiles_new).sum(),
+            tiles_a_frame: means(records.iter().flat_map(|record| {
+                record.tile_columns().map(|(name, tiles)| (name, tiles as f64))
+            })),
+            region_age_frames: mean(
+                records.iter().filter_map(|record| record.region_age_frames).map(|age| age as f64),
+            ),
             bytes_a_frame: ByteMeans::of(records),
             first_frame_upload_bytes: records.first().map_or(0, |record| record.upload_bytes),
             warm_bytes_a_frame: (!run.warm_records.is_empty())

@@ -5,6 +5,7 @@ use encase::ShaderType;
 use crate::RendererSettings;
 use crate::dataset::HeightSamples;
 use crate::gpu::build_tile_table_pass::{BuildTileTablePass, TableSpace};
+use crate::gpu::clipmap::{ClipBindings, ClipFrame, ClipHeightJob, ClipLevel, ClipSlopeJob};
 use crate::gpu::derive_heights_pass::DecodeJob;
 use crate::gpu::limit_surface_pass::{CastPixel, LimitUniforms};
 use crate::gpu::manage_tiles_pass::{DeliveriesHead, ManageTilesPass, ManagedLayer, Slot};
@@ -14,15 +15,15 @@ use crate::gpu::precision_probe::{Answer, Operands, Outcome, Results, Trial};
 use crate::gpu::seen_ground_buffer::SeenGroundBuffer;
 use crate::gpu::select_tiles_pass::SelectTilesPass;
 use crate::gpu::shader_library::{
-    ALL, BUILD_TILE_TABLE, DERIVE_HEIGHTS, DISPLACE, LIMIT_SURFACE, MANAGE_TILES, MARK_SEEN_TILES,
-    MERGE_TILES, PLACE_TILES, PRECISION_ENCODINGS, PRECISION_FLOATS, PRECISION_SPAN, REDUCE_REGION,
-    SUBDIVIDE_TILES, Shader, TERRAIN, WITH_OTHER_FLOATS,
+    ALL, BUILD_TILE_TABLE, CLIPMAP, CLIPMAP_HEIGHTS, DERIVE_HEIGHTS, DISPLACE, LIMIT_SURFACE,
+    MANAGE_TILES, MARK_SEEN_TILES, MERGE_TILES, PLACE_TILES, PRECISION_ENCODINGS, PRECISION_FLOATS,
+    PRECISION_SPAN, REDUCE_REGION, SUBDIVIDE_TILES, Shader, TERRAIN, WITH_OTHER_FLOATS,
 };
 use crate::gpu::tile_report::TileReport;
 use crate::gpu::{CoordinatePass, FrameUniforms, TableRange, TileEntry, TilePlace};
 use crate::precision::encodings::{Decoded, EncodedPoint};
 use crate::selection::{LISTED_AT_MOST, SeenTiles, SelectionParams};
-use crate::surface::MeshVertex;
+use crate::surface::{ClipBlock, MeshVertex};
 
 fn parse(shader: &Shader) -> naga::Module {
     naga::front::wgsl::parse_str(&shader.source()).unwrap_or_else(|error| {
@@ -122,6 +123,39 @@ fn plain_structs_have_the_same_members_offsets_and_sizes() {
     let (height, colour) = (offset("height_tile"), offset("colour_tile"));
     let read = [offset("x"), height, height + texel, colour, colour + texel].map(u64::from);
     assert_eq!(MeshBuffers::ATTRIBUTES.map(|attribute| attribute.offset), read);
+}
+
+#[test]
+fn structs_of_the_clipmap_have_the_same_members_offsets_and_sizes() {
+    let level = offsets!(ClipLevel: origin_from_eye_m, texels_per_m, texel_m, shown, whole,
+        texture_texel, padding);
+    assert_eq!(wgsl_layout(&CLIPMAP, "ClipLevel"), (level, size_of::<ClipLevel>() as u32));
+    let frame = offsets!(ClipFrame: reference_from_eye_m, unit_m, ring_cells, patch_columns,
+        mesh_level, height_levels, colour_levels, height_fade_texels, colour_fade_texels);
+    assert_eq!(wgsl_layout(&CLIPMAP, "ClipFrame"), (frame, size_of::<ClipFrame>() as u32));
+    let block = offsets!(ClipBlock: corner, cells, ring_and_flags);
+    assert_eq!(wgsl_layout(&CLIPMAP, "ClipBlock"), (block, size_of::<ClipBlock>() as u32));
+    let job = offsets!(ClipHeightJob: target_x, target_y, layer, width, height, first_group,
+        first_word, form, base_steps, step_m);
+    let size = size_of::<ClipHeightJob>() as u32;
+    assert_eq!(wgsl_layout(&CLIPMAP_HEIGHTS, "ClipHeightJob"), (job, size));
+    let job = offsets!(ClipSlopeJob: target_x, target_y, layer, width, height, first_group,
+        known_west, known_north, known_east, known_south, texel_size_m);
+    let size = size_of::<ClipSlopeJob>() as u32;
+    assert_eq!(wgsl_layout(&CLIPMAP_HEIGHTS, "ClipSlopeJob"), (job, size));
+    let most = naga::Literal::U32(ClipBindings::MOST_LEVELS as u32);
+    assert_eq!(wgsl_constant(&CLIPMAP, "MOST_LEVELS"), most);
+    for (name, flag) in [
+        ("WEST", ClipBlock::WEST),
+        ("NORTH", ClipBlock::NORTH),
+        ("EAST", ClipBlock::EAST),
+        ("SOUTH", ClipBlock::SOUTH),
+        ("ODD_COLUMN", ClipBlock::ODD_COLUMN),
+        ("ODD_ROW", ClipBlock::ODD_ROW),
+        ("OUTERMOST", ClipBlock::OUTERMOST),
+    ] {
+        assert_eq!(wgsl_constant(&CLIPMAP, name), naga::Literal::U32(flag), "{name}");
+    }
 }
 
 #[test]

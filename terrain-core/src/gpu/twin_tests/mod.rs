@@ -11,6 +11,7 @@ mod sampling;
 mod sorted_triangles;
 mod tile_management;
 mod tile_selection;
+mod view_mesh;
 
 use crate::gpu::{AdapterChoice, GpuContext};
 

@@ -20,7 +20,8 @@ use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::RendererSettings;
 use crate::resident_terrain::ResidentTerrain;
 use crate::selection::{
-    Selection, SelectionConfig, SelectionStrategy, TileTree, Visibility, visible_region,
+    RttQuadtree, Selection, SelectionConfig, SelectionStrategy, TileTree, Visibility,
+    visible_region,
 };
 use crate::terrain_renderer::RenderError;
 use crate::tiling::TileId;
@@ -306,6 +307,7 @@ impl TileScheduling {
     }
 }
 
+/// The method is built for strategies that choose tiles; any other is taken as the paper's.
 fn strategy(settings: &RendererSettings) -> &'static dyn SelectionStrategy {
-    settings.strategy.implementation()
+    settings.strategy.implementation().unwrap_or(&RttQuadtree)
 }

@@ -23,7 +23,7 @@ pub struct Case {
 impl Case {
     /// The case's selection by a strategy.
     pub fn select(&self, strategy: TileStrategy) -> Selection {
-        let implementation = strategy.implementation();
+        let implementation = strategy.implementation().expect("a strategy of tiles");
         let region = self.region.as_ref().filter(|_| implementation.needs_region());
         let seen = region.map(SeenGround::of_box);
         implementation.select(&self.tree, seen, &self.view, &self.config)

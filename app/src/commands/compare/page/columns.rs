@@ -55,6 +55,16 @@ const CAUSES: [Column; 9] = [
     column("read back", 2, |run| run.bytes_a_frame.kib("readback")),
 ];
 
+const TILES: [Column; 7] = [
+    column("selected", 1, |run| run.tiles_a_frame["tiles_selected"]),
+    column("left out as hidden", 1, |run| run.tiles_a_frame["tiles_hidden"]),
+    column("new", 3, |run| run.tiles_a_frame["tiles_new"]),
+    column("evicted", 3, |run| run.tiles_a_frame["tiles_evicted"]),
+    column("missing", 2, |run| run.tiles_a_frame["tiles_missing"]),
+    column("resident", 1, |run| run.tiles_a_frame["tiles_resident"]),
+    column("age of the region (frames)", 2, |run| run.region_age_frames.unwrap_or(f64::NAN)),
+];
+
 const STAGES: [Column; 7] = [
     column("receive", 3, |run| run.stage_ms["receive_ms"]),
     column("select", 3, |run| run.stage_ms["select_ms"]),
@@ -93,6 +103,12 @@ pub fn add_breakdown(report: &mut HtmlReport, runs: &[RunSummary]) {
         "The first frame brings the mesh, level 0 and, where frames wait for their tiles, all that the first \
          view needs. Where a flight is drawn with few of its frames each stands for a longer way, and what is \
          sent once weighs more than over the whole flight.",
+    );
+    report.subheading("Tiles a frame");
+    table(report, &TILES, &typical);
+    report.paragraph(
+        "Tiles are selected for both layers together and counted for each where they move. Left out as \
+         hidden: in the box of what is in view, but seen by no pixel.",
     );
     report.subheading("CPU time a frame by stage (ms)");
     table(report, &STAGES, &typical);

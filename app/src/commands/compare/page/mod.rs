@@ -91,7 +91,7 @@ impl Page {
         Ok(serde_json::to_string_pretty(&summary)? + "\n")
     }
 
-    /// A line a run for the terminal.
+    /// A line a run for the terminal, and one a strategy for each error costs are compared at.
     pub fn text(&self) -> String {
         let name = |run: &RunSummary| match self.scene.flights.len() {
             1 => run.run.clone(),
@@ -111,6 +111,8 @@ impl Page {
                 name(run),
             );
         }
+        let equal = self.comparisons.iter().filter(|comparison| comparison.equal.is_some());
+        text.extend(equal.map(paper_table::lines));
         text
     }
 

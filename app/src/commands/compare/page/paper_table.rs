@@ -32,7 +32,7 @@ pub fn add(
     );
     let time = RunTime::of(runs, scene.settle);
     for comparison in comparisons {
-        report.subheading(&title(comparison));
+        report.subheading(title(comparison));
         match comparison.equal {
             None => add_as_given(report, scene, runs, comparison, time),
             Some(_) => add_at_equal(report, comparison, time),
@@ -46,11 +46,26 @@ pub fn add(
     report.table(&header, &PUBLISHED).paragraph(PUBLISHED_NOTE);
 }
 
-fn title(comparison: &Comparison) -> String {
+/// Mean bytes at equal error for the terminal: a line a strategy.
+pub fn lines(comparison: &Comparison) -> String {
+    let line = |strategy| {
+        let [name, upload, times, both, both_times] = &row(comparison, strategy)[..5] else {
+            return String::new();
+        };
+        let title = title(comparison);
+        format!(
+            "{title}: {name} {upload} KiB to the GPU a frame (times {times}), {both} both ways \
+             (times {both_times})\n"
+        )
+    };
+    (0..comparison.strategies.len()).map(line).collect()
+}
+
+fn title(comparison: &Comparison) -> &'static str {
     match comparison.equal {
-        None => "With the settings given: each with an error of its own".to_owned(),
-        Some(ErrorColumn::FlipMean) => "At equal FLIP".to_owned(),
-        Some(ErrorColumn::ScreenErrorPxP99) => "At equal screen-space error".to_owned(),
+        None => "With the settings given: each with an error of its own",
+        Some(ErrorColumn::FlipMean) => "At equal FLIP",
+        Some(ErrorColumn::ScreenErrorPxP99) => "At equal screen-space error",
     }
 }
 
