@@ -15,8 +15,8 @@ pub struct DrawingArgs {
     /// How terrain is brought to the GPU: rtt-quadtree, tiles by the region the GPU sees, subdivided,
     /// regularised and merged; rtt-quadtree-gpu, the same on the GPU, with the caches' slots and
     /// tables; cpu-frustum, tiles by the view frustum and screen-space error; cpu-mesh, a
-    /// triangulation made on the CPU for the view and sent as geometry; clipmap, windows of heights
-    /// and imagery round the eye instead of tiles
+    /// triangulation made on the CPU for the view and sent as geometry; clipmap, windows round the
+    /// eye instead of tiles
     #[arg(long, value_name = "STRATEGY", default_value_t, value_parser = strategies())]
     strategy: Strategy,
 

@@ -15,7 +15,7 @@ pub(crate) struct LayerIntakes {
 }
 
 /// Worker threads a layer: reading and decoding overlap, and the frame's own thread stays free.
-pub(crate) const THREADS: usize = 2;
+pub(crate) const LOADING_THREADS: usize = 2;
 
 /// Intakes of the source's layers, colours arriving in `format`. Level 0 of each is loaded before this
 /// returns, and waits for its upload.
@@ -29,7 +29,8 @@ pub(crate) fn open_intakes(
 ) -> Result<LayerIntakes, OpenTerrainError> {
     let of_heights = Arc::clone(source);
     let load = Arc::new(move |tile| of_heights.load_heights(tile));
-    let mut heights = TileIntake::new(THREADS, load, |tile: &HeightTile| tile.samples.byte_len())?;
+    let mut heights =
+        TileIntake::new(LOADING_THREADS, load, |tile: &HeightTile| tile.samples.byte_len())?;
     let loaded = source.load_heights(TileId::ROOT)?;
     ledger.add(ByteCause::Disk, loaded.disk_bytes);
     heights.supply(TileId::ROOT, loaded.tile);
@@ -50,7 +51,8 @@ pub(crate) fn open_colour_intake(
     }
     let of_colours = Arc::clone(source);
     let load = Arc::new(move |tile| load_colours(&*of_colours, format, tile));
-    let mut colours = TileIntake::new(THREADS, load, |tile: &ColourTile| tile.data.len() as u64)?;
+    let mut colours =
+        TileIntake::new(LOADING_THREADS, load, |tile: &ColourTile| tile.data.len() as u64)?;
     let loaded = load_colours(&**source, format, TileId::ROOT)?;
     ledger.add(ByteCause::Disk, loaded.disk_bytes);
     colours.supply(TileId::ROOT, loaded.tile);

@@ -11,6 +11,7 @@ use std::time::Instant;
 
 use glam::dvec2;
 use serde_json::{Value, json};
+use terrain_core::dataset::{HeightRange, HeightRanges};
 use terrain_core::measure::FrameRecord;
 use terrain_core::selection::{
     SeenGround, SelectionConfig, Strategy, TileTree, VisibleRegion, select, select_by_frustum,
@@ -173,7 +174,12 @@ fn with_ratio([small, large]: [f64; 2]) -> Value {
 /// Selects the same tiles again and again, by the paper's way and by the frustum: a program to count the
 /// instructions of. Prints how many tiles there were.
 fn select_often(extra_levels: u8, times: u32) {
-    let tree = TileTree::of_source(&*SOURCES.source(extra_levels));
+    let mut tree = TileTree::of_source(&SOURCES.source_without_ranges(extra_levels));
+    // Equally much is known of every tile but the finest, without a look at the ground.
+    let range = Some(HeightRange { min_m: -500.0, max_m: 500.0 });
+    let known = 0..tree.finest_level();
+    let levels = known.map(|level| vec![range; 1 << (2 * level)]).collect();
+    tree.height_ranges = HeightRanges { levels };
     let view = view(0.0, FLIGHTS[0].1);
     let ahead = view.eye.truncate() + dvec2(200.0, 2_300.0);
     let extent = Extent::new(ahead - 2_500.0, ahead + 2_500.0);

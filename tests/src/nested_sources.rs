@@ -23,15 +23,20 @@ impl NestedSources {
     /// The source larger by `extra_levels` powers of two. The height ranges of all levels but the last are
     /// known: what selection knows of a place is the same in all sources.
     pub fn source(&self, extra_levels: u8) -> Arc<AnalyticSource> {
+        let source = self.source_without_ranges(extra_levels);
+        Arc::new(source.with_height_ranges(Self::SMALLEST_LEVELS + extra_levels - 1))
+    }
+
+    /// The same with no range known but the root's.
+    pub fn source_without_ranges(&self, extra_levels: u8) -> AnalyticSource {
         let factor = f64::from(1_u32 << extra_levels);
         let tile = smallest_in(extra_levels).as_dvec2();
         let north_west = (dvec2(-0.5, 0.5) - dvec2(tile.x, -tile.y)) * Self::SMALLEST_M;
         let centre = north_west + dvec2(0.5, -0.5) * factor * Self::SMALLEST_M;
-        let levels = Self::SMALLEST_LEVELS + extra_levels;
-        let side_m = factor * Self::SMALLEST_M;
-        let source = AnalyticSource::new((self.surface)(), centre, side_m, [levels; 2]);
-        let source = source.with_surface_about(DVec2::ZERO).with_height_ranges(levels - 1);
-        Arc::new(source.with_tile_sizes(self.tile_sizes_texels))
+        let levels = [Self::SMALLEST_LEVELS + extra_levels; 2];
+        AnalyticSource::new((self.surface)(), centre, factor * Self::SMALLEST_M, levels)
+            .with_surface_about(DVec2::ZERO)
+            .with_tile_sizes(self.tile_sizes_texels)
     }
 
     /// A tile of the source larger by `extra_levels` as the smallest source has it; `None` for one that

@@ -8,13 +8,15 @@
 #![allow(clippy::print_stdout, reason = "measured values are to be seen")]
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use glam::dvec2;
+use terrain_core::dataset::HeightRanges;
 use terrain_core::measure::FrameRecord;
 use terrain_core::selection::{SelectionConfig, Strategy, TileTree, select_by_frustum};
 use terrain_core::tiling::TileId;
 use terrain_core::{CameraView, RendererSettings};
-use terrain_tests::{Bench, NestedSources, Surface};
+use terrain_tests::{AnalyticSource, Bench, NestedSources, Surface};
 
 const SIZE_PX: [u32; 2] = [320, 180];
 /// 2^18 instead of 2^13 texels.
@@ -80,39 +82,96 @@ fn counted(record: &FrameRecord) -> [(&'static str, u64); 7] {
     ]
 }
 
+/// What two sources cost on the flight: sums over all frames but the first, which fills caches.
+#[derive(Default)]
+struct Costs {
+    bytes: [u64; 2],
+    tiles: [u64; 2],
+    triangles: [u64; 2],
+}
+
+impl Costs {
+    fn add(&mut self, records: &[FrameRecord; 2]) {
+        for (index, record) in records.iter().enumerate() {
+            self.bytes[index] += record.upload_bytes + record.readback_bytes;
+            self.tiles[index] += record.tiles_selected;
+            self.triangles[index] += record.triangles_drawn;
+        }
+    }
+
+    /// Says by how many percent the costs have grown; returns that of the bytes.
+    fn growth(&self, strategy: Strategy) -> f64 {
+        let growth = |[small, large]: [u64; 2]| 100.0 * (large as f64 / small as f64 - 1.0);
+        let [bytes, tiles, triangles] = [self.bytes, self.tiles, self.triangles].map(growth);
+        println!(
+            "{strategy}: {bytes:.1} % more bytes, {tiles:.1} % more tiles on the list, \
+             {triangles:.1} % more triangles"
+        );
+        bytes
+    }
+}
+
+/// A renderer of each source; `None` where there is no GPU.
+fn benches(sources: &[Arc<AnalyticSource>; 2], strategy: Strategy) -> Option<[Bench; 2]> {
+    let bench = |source: &Arc<AnalyticSource>| {
+        Bench::new(Arc::clone(source) as _, settings(strategy), SIZE_PX).unwrap()
+    };
+    Some([bench(&sources[0])?, bench(&sources[1])?])
+}
+
 #[test]
 fn over_the_same_ground_a_frame_costs_the_same_but_for_an_ancestor_a_level() {
-    let sources = sources();
-    let [smaller, larger] = [0, EXTRA_LEVELS].map(|extra| sources.source(extra));
-    for strategy in [Strategy::RttQuadtree, Strategy::CpuFrustum] {
-        let bench = |source: &std::sync::Arc<_>| {
-            Bench::new(std::sync::Arc::clone(source) as _, settings(strategy), SIZE_PX).unwrap()
-        };
-        let (Some(mut small), Some(mut large)) = (bench(&smaller), bench(&larger)) else { return };
-        let (mut bytes, mut tiles) = ([0; 2], [0; 2]);
+    let sources = [0, EXTRA_LEVELS].map(|extra| sources().source(extra));
+    for strategy in [Strategy::RttQuadtree, Strategy::RttQuadtreeGpu, Strategy::CpuFrustum] {
+        let Some([mut small, mut large]) = benches(&sources, strategy) else { return };
+        let mut costs = Costs::default();
         for (frame, view) in flight(-55.0).enumerate() {
             let records = [small.settle(&view).unwrap(), large.settle(&view).unwrap()];
             let (same, own_coarser) = selected(&small, 0);
             let (also, coarser) = selected(&large, EXTRA_LEVELS);
             assert_eq!(same, also, "{strategy}, frame {frame}: other tiles");
             assert!(coarser <= own_coarser + usize::from(EXTRA_LEVELS), "{strategy}: {coarser}");
-            if frame == 0 {
-                continue; // The ancestors come once.
-            }
-            assert_eq!(counted(&records[0]), counted(&records[1]), "{strategy}, frame {frame}");
-            for (index, record) in records.iter().enumerate() {
-                bytes[index] += record.upload_bytes + record.readback_bytes;
-                tiles[index] += record.tiles_selected;
+            if frame > 0 {
+                assert_eq!(counted(&records[0]), counted(&records[1]), "{strategy}, frame {frame}");
+                costs.add(&records);
             }
         }
-        let growth = |[small, large]: [u64; 2]| 100.0 * (large as f64 / small as f64 - 1.0);
-        println!(
-            "{strategy}: {:.1} % more bytes, {:.1} % more tiles on the list",
-            growth(bytes),
-            growth(tiles)
-        );
-        assert!(growth(bytes) < 5.0, "{strategy}: {bytes:?}");
+        let bytes = costs.growth(strategy);
+        assert!(bytes < 5.0, "{strategy}: {bytes} %");
     }
+}
+
+/// The mesh made on the CPU covers all the data, in sight or not: more triangles where there is more
+/// ground round the view. They are sent once, with the first frame.
+#[test]
+fn a_mesh_of_all_the_data_has_more_triangles_and_moves_the_same_bytes() {
+    let sources = [0, EXTRA_LEVELS].map(|extra| sources().source(extra));
+    let strategy = Strategy::CpuMesh;
+    let Some([mut small, mut large]) = benches(&sources, strategy) else { return };
+    let mut costs = Costs::default();
+    for (frame, view) in flight(-55.0).enumerate() {
+        let records = [small.settle(&view).unwrap(), large.settle(&view).unwrap()];
+        if frame > 0 {
+            costs.add(&records);
+        }
+    }
+    let bytes = costs.growth(strategy);
+    assert!(bytes.abs() < 5.0, "{strategy}: {bytes} %");
+}
+
+#[test]
+fn ranges_of_larger_tiles_split_more() {
+    // As many levels as a dataset keeps the ranges of, and all but the finest.
+    let few = sources().source_without_ranges(EXTRA_LEVELS);
+    let few = few.with_height_ranges(HeightRanges::MAX_LEVELS);
+    let trees = [TileTree::of_source(&few), TileTree::of_source(&*sources().source(EXTRA_LEVELS))];
+    let config = SelectionConfig { max_tiles: 4_096, ..Default::default() };
+    let tiles = trees.map(|tree| {
+        let lists = flight(-55.0).map(|view| select_by_frustum(&tree, &view, &config));
+        lists.map(|list| list.tiles.len()).sum::<usize>()
+    });
+    println!("{:.2} times the tiles: {tiles:?}", tiles[0] as f64 / tiles[1] as f64);
+    assert!(tiles[0] > tiles[1]);
 }
 
 #[test]

@@ -216,7 +216,8 @@ pub(super) fn strategy_choice(ui: &mut Ui, settings: &mut RendererSettings) {
     );
 }
 
-fn visibility_choice(ui: &mut Ui, settings: &mut RendererSettings) {
+/// Lets the user choose what counts as visible.
+pub(super) fn visibility_choice(ui: &mut Ui, settings: &mut RendererSettings) {
     egui::ComboBox::from_label("visible ground").selected_text(settings.visibility.name()).show_ui(
         ui,
         |ui| {

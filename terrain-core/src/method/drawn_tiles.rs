@@ -15,7 +15,7 @@ use crate::ground_heights::height_range_m;
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::{DebugView, LookupMethod};
 use crate::resident_terrain::Arrivals;
-use crate::selection::{LayerTree, TileTree};
+use crate::selection::TileTree;
 use crate::terrain_renderer::RenderError;
 
 /// Atlases, tables and meshes of a scene, and the passes that draw them.
@@ -68,11 +68,13 @@ impl DrawnTiles {
     ) -> Moved {
         let sent = self.cache.upload_heights(cx.gpu, encoder, tree, &arrivals.heights);
         cx.ledger.add(ByteCause::Dem, sent);
-        cx.ledger.add_texels(ByteCause::Dem, texels(&tree.heights, arrivals.heights.len()));
+        cx.ledger
+            .add_texels(ByteCause::Dem, tree.heights.layout.stored_texels(arrivals.heights.len()));
         let sent = self.cache.upload_colours(cx.gpu, encoder, &arrivals.colours);
         cx.ledger.add(ByteCause::Dom, sent);
         if let Some(colours) = &tree.colours {
-            cx.ledger.add_texels(ByteCause::Dom, texels(colours, arrivals.colours.len()));
+            cx.ledger
+                .add_texels(ByteCause::Dom, colours.layout.stored_texels(arrivals.colours.len()));
         }
         Moved { new: arrivals.count() as u64, evicted: arrivals.evicted() as u64 }
     }
@@ -187,9 +189,4 @@ impl DrawnTiles {
             DebugImage::ColourCache => Some(self.cache.colours.mip(0)),
         }
     }
-}
-
-/// Texels of so many tiles, gutters included.
-fn texels(layer: &LayerTree, tiles: usize) -> u64 {
-    tiles as u64 * u64::from(layer.layout.stored_size_texels()).pow(2)
 }

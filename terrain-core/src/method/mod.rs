@@ -161,8 +161,8 @@ pub(crate) struct MethodKey {
 enum MethodKind {
     TileScheduling,
     GpuTileScheduling,
-    Clipmap,
     CpuMesh,
+    Clipmap,
 }
 
 impl MethodKey {
@@ -170,15 +170,15 @@ impl MethodKey {
         let kind = match settings.strategy {
             Strategy::RttQuadtree | Strategy::CpuFrustum => MethodKind::TileScheduling,
             Strategy::RttQuadtreeGpu => MethodKind::GpuTileScheduling,
-            Strategy::Clipmap => MethodKind::Clipmap,
             Strategy::CpuMesh => MethodKind::CpuMesh,
+            Strategy::Clipmap => MethodKind::Clipmap,
         };
         let made_for = match kind {
             MethodKind::TileScheduling => TileScheduling::made_for(settings),
             MethodKind::GpuTileScheduling => GpuTileScheduling::made_for(settings),
+            MethodKind::CpuMesh => CpuMesh::made_for(settings),
             // Whatever changes, it keeps what it has.
             MethodKind::Clipmap => RendererSettings::default(),
-            MethodKind::CpuMesh => CpuMesh::made_for(settings),
         };
         Self { kind, settings: made_for }
     }
@@ -197,7 +197,7 @@ pub(crate) fn open_method(
     match MethodKey::of(cx.settings).kind {
         MethodKind::TileScheduling => Ok(Box::new(TileScheduling::open(cx, source, tree)?)),
         MethodKind::GpuTileScheduling => Ok(Box::new(GpuTileScheduling::open(cx, source, tree)?)),
-        MethodKind::Clipmap => Ok(Box::new(Clipmap::open(cx, source, tree)?)),
         MethodKind::CpuMesh => Ok(Box::new(CpuMesh::open(cx, source, tree)?)),
+        MethodKind::Clipmap => Ok(Box::new(Clipmap::open(cx, source, tree)?)),
     }
 }

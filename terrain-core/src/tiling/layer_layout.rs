@@ -27,6 +27,11 @@ impl LayerLayout {
         self.tile_size_texels + 2 * self.gutter_texels
     }
 
+    /// Texels of so many stored tiles, gutters counted.
+    pub fn stored_texels(&self, tiles: usize) -> u64 {
+        tiles as u64 * u64::from(self.stored_size_texels()).pow(2)
+    }
+
     /// The finest level of the layer.
     pub fn finest_level(&self) -> u8 {
         self.level_count.saturating_sub(1)

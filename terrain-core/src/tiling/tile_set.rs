@@ -5,7 +5,7 @@ use super::TileId;
 /// Which tiles exist: a set of ids kept as runs of columns per row, so that full rows cost one entry.
 ///
 /// Memory is proportional to the number of *runs*, not of tiles: a dense level costs one run a row.
-/// The coarse levels are kept as bits as well (at most 170 KB), since selection asks for them most.
+/// The coarse levels are kept as bits as well (at most 2.8 MB), since selection asks for them most.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TileSet {
     /// (level, row) -> disjoint, sorted, non-adjacent column runs `first..=last`.
@@ -15,8 +15,8 @@ pub struct TileSet {
     len: u64,
 }
 
-/// The finest level kept as bits: 2^20 tiles, 128 KB.
-const BIT_LEVEL_MAX: u8 = 10;
+/// The finest level kept as bits: 2^24 tiles, 2 MB; with tiles of 128 texels, 2^19 texels a side.
+const BIT_LEVEL_MAX: u8 = 12;
 
 /// Word and bit of a tile within its level.
 fn bit_of(tile: TileId) -> (usize, u64) {
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn a_full_set_holds_every_tile() {
-        let count = BIT_LEVEL_MAX - 3;
+        let count = BIT_LEVEL_MAX - 4;
         let tiles = (0..count).flat_map(|level| {
             let side = 1_u32 << level;
             (0..side * side).map(move |i| TileId::new(level, i / side, i % side))

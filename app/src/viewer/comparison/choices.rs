@@ -60,12 +60,13 @@ impl Choices {
         Self { mode, ..self }
     }
 
-    /// The settings of the second scene: strategy, cache and texel size of its own, all else as the
+    /// The settings of the second scene: strategy, visible ground, cache and texel size of its own, all else as the
     /// first scene has it, so that nothing else is compared.
     pub fn second_settings(&self, first: &RendererSettings) -> RendererSettings {
         let own = &self.second;
         let settings = RendererSettings {
             strategy: own.strategy,
+            visibility: own.visibility,
             cache_columns: own.cache_columns,
             cache_rows: own.cache_rows,
             max_tiles: own.max_tiles,

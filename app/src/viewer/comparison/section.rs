@@ -4,7 +4,7 @@ use egui::{RichText, Ui};
 use terrain_core::RendererSettings;
 
 use super::{Choices, Mode};
-use crate::viewer::panel::{cache_choice, slider, strategy_choice};
+use crate::viewer::panel::{cache_choice, slider, strategy_choice, visibility_choice};
 
 /// What the section shows and what it may change.
 pub struct ComparisonSection<'a> {
@@ -28,6 +28,7 @@ impl ComparisonSection<'_> {
         if self.choices.mode == Mode::Off {
             return;
         }
+        visibility_choice(ui, &mut self.choices.second);
         cache_choice(ui, &mut self.choices.second);
         ui.add(slider(&mut self.choices.second.texel_px, 0.25, 8.0).text("texel (px)"));
         ui.label(RichText::new("All other settings are those of A.").weak());

@@ -112,6 +112,9 @@ impl TerrainMethod for Clipmap {
         let mut moved = Moved::default();
         cx.ledger.add(ByteCause::Dem, self.send_heights(cx.gpu, encoder, &arrivals, &mut moved));
         cx.ledger.add(ByteCause::Dom, self.send_colours(cx.gpu, encoder, &arrivals, &mut moved));
+        let texels = |strips: &[ClipStrip]| strips.iter().map(|strip| strip.rect.area()).sum();
+        cx.ledger.add_texels(ByteCause::Dem, texels(&arrivals.heights));
+        cx.ledger.add_texels(ByteCause::Dom, texels(&arrivals.colours));
         self.terrain.drop_tiles();
         moved
     }

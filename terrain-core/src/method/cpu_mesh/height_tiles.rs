@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use crate::CameraView;
 use crate::dataset::{LoadError, Loaded, TileSource};
-use crate::layer_loading::THREADS;
+use crate::layer_loading::LOADING_THREADS;
 use crate::residency::{Taken, TileIntake};
 use crate::selection::{SelectionConfig, TileTree, select_by_frustum};
 use crate::surface::view_mesh::{HeightPatch, PatchFrame, ViewMesh};
@@ -55,7 +55,7 @@ impl HeightTiles {
         let load = move |tile| load_patch(&*source, frame, tile);
         Ok(Self {
             // What goes to the GPU of a patch is the mesh's to say.
-            intake: TileIntake::new(THREADS, Arc::new(load), |_| 0)?,
+            intake: TileIntake::new(LOADING_THREADS, Arc::new(load), |_| 0)?,
             wanted: vec![TileId::ROOT],
             asked: None,
             missing: 0,

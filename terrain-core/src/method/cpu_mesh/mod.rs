@@ -314,6 +314,10 @@ impl CpuMesh {
         self.failures.extend(moved.failures);
         let sent = self.cache.upload_colours(cx.gpu, encoder, &moved.uploads);
         cx.ledger.add(ByteCause::Dom, sent);
+        if let Some(layer) = &self.tree.colours {
+            let texels = layer.layout.stored_texels(moved.uploads.len());
+            cx.ledger.add_texels(ByteCause::Dom, texels);
+        }
         let evicted = moved.uploads.iter().filter(|(placement, _)| placement.evicted.is_some());
         Moved { new: moved.uploads.len() as u64, evicted: evicted.count() as u64 }
     }
