@@ -371,7 +371,7 @@ fn texture_sizes(gpu: &GpuContext, terrain: &ClipTerrain) -> ClipTextureSizes {
         heights: [sizes.heights, terrain.heights.levels() as u32],
         colours: colours.map_or([4, 1], |layer| [sizes.colours, layer.levels() as u32]),
         colour_format: terrain.colour_format,
-        // A program on the CPU takes ten times as long to sample a block as a texel.
+        // A program on the CPU decodes a block anew for every sample.
         decodes_blocks: gpu.is_software(),
     }
 }
