@@ -73,9 +73,9 @@ pub struct FlightCosts {
 /// What a strategy costs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Costs {
-    /// KiB to the GPU a frame.
+    /// KiB to the GPU a frame after the first.
     pub upload_kib: CostAt,
-    /// KiB to the GPU and back a frame.
+    /// KiB to the GPU a frame after the first, and back.
     pub both_ways_kib: CostAt,
     /// Milliseconds a frame: the time that is set against errors.
     pub run_time_ms: CostAt,
@@ -92,8 +92,8 @@ impl Comparison {
             let typical = |strategy: &&str| {
                 let is_it = |run: &&&RunSummary| run.is_typical && run.strategy == *strategy;
                 flight.iter().find(is_it).map_or(Costs::UNKNOWN, |run| Costs {
-                    upload_kib: CostAt::Reached(run.upload_kib()),
-                    both_ways_kib: CostAt::Reached(run.both_ways_kib()),
+                    upload_kib: CostAt::Reached(run.later_upload_kib()),
+                    both_ways_kib: CostAt::Reached(run.later_both_ways_kib()),
                     run_time_ms: CostAt::Reached(time.median_ms(run)),
                 })
             };
@@ -115,7 +115,7 @@ impl Comparison {
                 let points = runs.map(|run| [run.error(error.column()), cost(run)]);
                 CostCurve::new(&points.collect::<Vec<_>>())
             };
-            let by_upload = |strategy: &&str| curve(strategy, &RunSummary::upload_kib);
+            let by_upload = |strategy: &&str| curve(strategy, &RunSummary::later_upload_kib);
             let curves = strategies.iter().filter_map(by_upload).collect::<Vec<_>>();
             let tightest = || tightest_common_error(&curves).map(|error| EASE * error);
             let Some(target) = given.or_else(tightest) else {
@@ -125,8 +125,8 @@ impl Comparison {
                 curve.map_or(CostAt::NotReached, |curve| curve.at(target))
             };
             let costs = |strategy: &&str| Costs {
-                upload_kib: at(curve(strategy, &RunSummary::upload_kib)),
-                both_ways_kib: at(curve(strategy, &RunSummary::both_ways_kib)),
+                upload_kib: at(curve(strategy, &RunSummary::later_upload_kib)),
+                both_ways_kib: at(curve(strategy, &RunSummary::later_both_ways_kib)),
                 run_time_ms: at(curve(strategy, &|run| time.median_ms(run))),
             };
             (Some(target), strategies.iter().map(costs).collect())

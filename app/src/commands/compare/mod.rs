@@ -13,12 +13,12 @@ mod write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use clap::Args;
 use terrain_core::dataset::{Dataset, HeightEncoding, Manifest, TileSource};
 use terrain_core::gpu::{AdapterChoice, GpuContext};
-use terrain_core::measure::PlannedFlight;
 use terrain_core::measure::sweep::{Knob, Sweep};
+use terrain_core::measure::{Flight, PlannedFlight};
 use terrain_core::selection::{Strategy, UnknownStrategy};
 
 use self::comparison::ErrorColumn;
@@ -115,6 +115,10 @@ pub struct CompareArgs {
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     size: Size,
 
+    /// Fly only these seconds of each flight, at its own rate of frames
+    #[arg(long, value_name = "FROM..TO", value_parser = seconds)]
+    seconds: Option<Seconds>,
+
     /// Draw only this many frames, evenly spread over the flight
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     frames_at: Option<u64>,
@@ -149,6 +153,35 @@ fn strategy_list(text: &str) -> Result<StrategyList, UnknownStrategy> {
         return Ok(StrategyList(Strategy::ALL.to_vec()));
     }
     Ok(StrategyList(text.split(',').map(str::parse).collect::<Result<_, _>>()?))
+}
+
+/// A part of a flight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Seconds {
+    from_s: f64,
+    to_s: f64,
+}
+
+impl Seconds {
+    /// The frames of the flight within the part, or `wanted` spread evenly over them.
+    fn frames(self, flight: &Flight, wanted: Option<u64>) -> Vec<u64> {
+        let [begins_s, _] = flight.time_range_s();
+        let is_within = |frame: &u64| {
+            let time_s = flight.frame_time_s(*frame) - begins_s;
+            (self.from_s..=self.to_s).contains(&time_s)
+        };
+        let within = (0..flight.frame_count()).filter(is_within).collect::<Vec<_>>();
+        let chosen = frames_to_draw(within.len() as u64, wanted);
+        chosen.into_iter().filter_map(|index| within.get(index as usize).copied()).collect()
+    }
+}
+
+fn seconds(text: &str) -> Result<Seconds, String> {
+    let parts = text.split_once("..").and_then(|(from, to)| {
+        Some(Seconds { from_s: from.trim().parse().ok()?, to_s: to.trim().parse().ok()? })
+    });
+    let parts = parts.filter(|part| 0.0 <= part.from_s && part.from_s <= part.to_s);
+    parts.ok_or_else(|| "give two times in seconds, such as 4..6".to_owned())
 }
 
 /// Flies, measures and writes the report.
@@ -259,7 +292,11 @@ fn courses(
     };
     let course = |path: &PathBuf| {
         let flight = flights::find(path, source, exaggeration)?;
-        let frames = frames_to_draw(flight.frame_count(), args.frames_at);
+        let frames = match args.seconds {
+            None => frames_to_draw(flight.frame_count(), args.frames_at),
+            Some(seconds) => seconds.frames(&flight, args.frames_at),
+        };
+        ensure!(!frames.is_empty(), "{} is over by then: see --seconds", path.display());
         Ok(Course { name: name_of(path), flight, frames, rules: rules.clone() })
     };
     let courses = names.iter().map(course).collect::<anyhow::Result<Vec<_>>>()?;
@@ -291,6 +328,26 @@ fn encoding(manifest: &Manifest) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn seconds_of_a_flight_are_the_frames_within_them() {
+        let view = terrain_core::CameraView {
+            eye: glam::DVec3::new(0.0, 0.0, 100.0),
+            heading_deg: 0.0,
+            pitch_deg: 0.0,
+            fov_y_deg: 50.0,
+            viewport_px: [16, 9],
+        };
+        let keyframes = [0.0, 2.0].map(|t| terrain_core::measure::Keyframe::of_view(t, &view));
+        let flight = Flight::new("EPSG:3395", 10.0, keyframes.to_vec()).unwrap();
+        let frames = |text: &str, wanted| seconds(text).map(|part| part.frames(&flight, wanted));
+        assert_eq!(frames("0.5..0.8", None), Ok(vec![5, 6, 7, 8]));
+        assert_eq!(frames("0.5..0.8", Some(2)), Ok(vec![5, 8]));
+        assert_eq!(frames("7..9", None), Ok(Vec::new()));
+        for wrong in ["", "3", "4..3", "-1..2", "a..b", "0..NaN"] {
+            assert!(seconds(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn strategies_are_a_list_or_all_of_them() {

@@ -167,15 +167,18 @@ impl RunSummary {
         self.bytes_a_frame.kib("upload")
     }
 
-    /// KiB to the GPU and back a frame.
-    pub fn both_ways_kib(&self) -> f64 {
-        self.upload_kib() + self.bytes_a_frame.kib("readback")
-    }
-
-    /// KiB to the GPU a frame after the first; not a number of a single frame.
+    /// KiB to the GPU a frame after the first, which fills empty caches; of a single frame its own.
     pub fn later_upload_kib(&self) -> f64 {
+        if self.frames < 2 {
+            return self.upload_kib();
+        }
         let all_kib = self.upload_kib() * self.frames as f64;
         (all_kib - self.first_frame_upload_bytes as f64 / 1024.0) / (self.frames as f64 - 1.0)
+    }
+
+    /// KiB to the GPU a frame after the first, and back.
+    pub fn later_both_ways_kib(&self) -> f64 {
+        self.later_upload_kib() + self.bytes_a_frame.kib("readback")
     }
 
     /// Mean frames a second.

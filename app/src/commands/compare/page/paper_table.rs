@@ -104,7 +104,8 @@ fn add_at_equal(report: &mut HtmlReport, comparison: &Comparison, time: RunTime)
          (below; where none was given, 2 % above the tightest that all reach), between two settings by a monotone curve, logarithm over logarithm, through those that \
          no other beats. Nothing is extrapolated: “not reached” where no setting is as exact, “≤” where \
          the coarsest setting is more exact still. Means are over the flights on which every strategy \
-         reaches the error.",
+         reaches the error. Bytes are those of the frames after the first, which fills empty caches and \
+         is shown by itself below.",
     );
 }
 

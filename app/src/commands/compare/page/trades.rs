@@ -127,7 +127,7 @@ impl Trade {
     fn points(&self, runs: &[&RunSummary], time: RunTime) -> Vec<[f64; 2]> {
         let cost = |run: &RunSummary| match self.cost {
             Cost::RunTime => time.median_ms(run),
-            Cost::UploadBytes => run.upload_kib(),
+            Cost::UploadBytes => run.later_upload_kib(),
         };
         runs.iter().map(|run| [cost(run), run.error(self.error.column())]).collect()
     }
