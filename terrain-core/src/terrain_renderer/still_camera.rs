@@ -99,7 +99,7 @@ impl TerrainRenderer {
     pub fn settle(&mut self, view: &CameraView) -> Result<FrameRecord, RenderError> {
         // Each round brings at least one tile or image, unless a disk takes its time.
         const MOST_FRAMES: u32 = 2_000;
-        const PATIENCE: Duration = Duration::from_secs(1);
+        const PATIENCE: Duration = Duration::from_secs(10);
         let mut sum = self.frame(view, None)?;
         for _ in 0..MOST_FRAMES {
             if !self.method.is_pending(&self.scene(view)) {
