@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::selection::{Strategy, Visibility};
+use crate::selection::{SelectionConfig, Strategy, Visibility};
 
 /// What the picture shows instead of, or on top of, the terrain as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -149,6 +149,15 @@ impl RendererSettings {
             self.anti_aliasing = if is_software { AntiAliasing::Off } else { hardware };
         }
         self.checked()
+    }
+
+    /// What of the settings a selection goes by.
+    pub(crate) fn selection_config(&self) -> SelectionConfig {
+        SelectionConfig {
+            max_tiles: self.max_tiles,
+            texel_px: self.texel_px,
+            vertical_exaggeration: self.vertical_exaggeration,
+        }
     }
 
     /// The most tiles a selection should have for caches of so many slots: an eighth of them stays for

@@ -1,9 +1,10 @@
 use super::DEPTH_FORMAT;
 use super::frame_bindings::FrameBindings;
+use super::ground_pipeline::{SurfaceOptions, surface_pipeline};
 use super::mesh_buffers::MeshBuffers;
 use super::picture::TargetKind;
 use super::shader_library::COORDINATES;
-use super::terrain_pass::{SurfaceOptions, draw_blocks, surface_pipeline};
+use super::terrain_pass::draw_blocks;
 use crate::surface::CircularMesh;
 
 /// Draws where on the ground each pixel looks, into a float texture of its own size.
@@ -30,12 +31,14 @@ impl CoordinatePass {
     ) -> Self {
         let entries = ("coordinate_vertex", "coordinate_fragment");
         let options = SurfaceOptions {
+            groups: bindings.layouts(),
+            vertices: MeshBuffers::vertex_layout(),
             // A mean of places on either side of an edge would be a place on neither.
             target: TargetKind { format, samples: 1 },
             constants: &[],
             polygon_mode: wgpu::PolygonMode::Fill,
         };
-        let pipeline = surface_pipeline(device, bindings, &COORDINATES, entries, &options);
+        let pipeline = surface_pipeline(device, &COORDINATES, entries, &options);
         let texture = |label, format, usage| {
             device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
@@ -86,6 +89,49 @@ impl CoordinatePass {
         pass.set_pipeline(&self.pipeline);
         draw_blocks(&mut pass, bindings, mesh, &mesh.1.indices, visible);
     }
+}
+
+/// A new texture of this size in [`CoordinatePass::FULL_FORMAT`] that `draw_ground` has drawn into: where on
+/// the ground each pixel looks, and 1; 0 in the last channel where there is sky.
+pub(super) fn draw_full_coordinates(
+    device: &wgpu::Device,
+    encoder: &mut wgpu::CommandEncoder,
+    [width, height]: [u32; 2],
+    draw_ground: impl FnOnce(&mut wgpu::RenderPass<'_>),
+) -> wgpu::Texture {
+    let format = CoordinatePass::FULL_FORMAT;
+    let texture = |label, format, usage| {
+        device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage,
+            view_formats: &[],
+        })
+    };
+    use wgpu::TextureUsages as Usage;
+    let target = texture("coordinates", format, Usage::RENDER_ATTACHMENT | Usage::COPY_SRC);
+    let depth = texture("coordinate depth", DEPTH_FORMAT, Usage::RENDER_ATTACHMENT);
+    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("coordinates"),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: &target.create_view(&Default::default()),
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                store: wgpu::StoreOp::Store,
+            },
+        })],
+        depth_stencil_attachment: Some(depth_attachment(&depth.create_view(&Default::default()))),
+        ..Default::default()
+    });
+    draw_ground(&mut pass);
+    drop(pass);
+    target
 }
 
 /// A depth attachment cleared to infinitely far and not kept.

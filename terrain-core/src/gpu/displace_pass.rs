@@ -1,7 +1,7 @@
 use super::frame_bindings::FrameBindings;
+use super::ground_pipeline::flag;
 use super::mesh_buffers::MeshBuffers;
 use super::shader_library::DISPLACE;
-use super::terrain_pass::flag;
 
 /// Displaces the visible blocks of a mesh by the cached heights.
 pub(crate) struct DisplacePass {

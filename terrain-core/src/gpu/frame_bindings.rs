@@ -43,6 +43,11 @@ impl FrameBindings {
         Self { frame, terrain_layout, terrain, sampler, views }
     }
 
+    /// The layouts of both groups.
+    pub fn layouts(&self) -> [&wgpu::BindGroupLayout; 2] {
+        [&self.frame.layout, &self.terrain_layout]
+    }
+
     /// Binds the tables anew after their buffers grew.
     pub fn rebind(&mut self, device: &wgpu::Device, table: &OffsetTableBuffer) {
         self.terrain =

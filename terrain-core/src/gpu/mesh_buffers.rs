@@ -34,6 +34,15 @@ impl MeshBuffers {
         attribute(4, wgpu::VertexFormat::Uint32, 28),
     ];
 
+    /// How a pipeline reads the vertices.
+    pub fn vertex_layout() -> wgpu::VertexBufferLayout<'static> {
+        wgpu::VertexBufferLayout {
+            array_stride: Self::VERTEX_BYTES,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &Self::ATTRIBUTES,
+        }
+    }
+
     pub fn new(device: &wgpu::Device, mesh: &CircularMesh) -> Self {
         let blocks = mesh
             .blocks

@@ -21,6 +21,7 @@ mod displaced_mesh;
 mod frame_bindings;
 mod frame_group;
 mod frame_uniforms;
+mod ground_pipeline;
 mod height_atlas;
 mod limit_surface_buffers;
 mod limit_surface_pass;

@@ -1,8 +1,8 @@
-use super::DEPTH_FORMAT;
 use super::frame_bindings::FrameBindings;
+use super::ground_pipeline::{SurfaceOptions, flag, polygon_mode, surface_pipeline};
 use super::mesh_buffers::MeshBuffers;
 use super::picture::TargetKind;
-use super::shader_library::{Shader, TERRAIN};
+use super::shader_library::TERRAIN;
 use crate::renderer_settings::DebugView;
 use crate::surface::{CircularMesh, MeshBlock};
 
@@ -37,11 +37,6 @@ impl TerrainPassSettings {
     }
 }
 
-/// A flag as the value of an `override` constant.
-pub(super) fn flag(value: bool) -> f64 {
-    f64::from(u8::from(value))
-}
-
 /// Draws the displaced mesh.
 pub(crate) struct TerrainPass {
     /// For triangles within one tile of each layer: most of them, and the fragments look nothing up.
@@ -58,17 +53,17 @@ impl TerrainPass {
         bindings: &FrameBindings,
         settings: TerrainPassSettings,
     ) -> Self {
-        let lines =
-            settings.wireframe && device.features().contains(wgpu::Features::POLYGON_MODE_LINE);
-        let mode = if lines { wgpu::PolygonMode::Line } else { wgpu::PolygonMode::Fill };
+        let mode = polygon_mode(device, settings.wireframe);
         let constants = settings.constants();
         let pipeline = |entries| {
             let options = SurfaceOptions {
+                groups: bindings.layouts(),
+                vertices: MeshBuffers::vertex_layout(),
                 target: settings.target,
                 constants: &constants,
                 polygon_mode: mode,
             };
-            surface_pipeline(device, bindings, &TERRAIN, entries, &options)
+            surface_pipeline(device, &TERRAIN, entries, &options)
         };
         Self {
             within: settings
@@ -98,68 +93,6 @@ impl TerrainPass {
             None => draw(&self.across, &buffers.indices),
         }
     }
-}
-
-/// What a pipeline that draws displaced vertices draws into, and how.
-pub(super) struct SurfaceOptions<'a> {
-    pub target: TargetKind,
-    /// Values of the shader's `override` constants.
-    pub constants: &'a [(&'a str, f64)],
-    pub polygon_mode: wgpu::PolygonMode,
-}
-
-/// A pipeline that draws displaced vertices: shared by the picture and the coordinate pass.
-pub(super) fn surface_pipeline(
-    device: &wgpu::Device,
-    bindings: &FrameBindings,
-    shader: &Shader,
-    (vertex_entry, fragment_entry): (&str, &str),
-    options: &SurfaceOptions<'_>,
-) -> wgpu::RenderPipeline {
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(shader.name),
-        bind_group_layouts: &[Some(&bindings.frame.layout), Some(&bindings.terrain_layout)],
-        immediate_size: 0,
-    });
-    let module = shader.module(device);
-    let compilation =
-        || wgpu::PipelineCompilationOptions { constants: options.constants, ..Default::default() };
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(shader.name),
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some(vertex_entry),
-            compilation_options: compilation(),
-            buffers: &[Some(wgpu::VertexBufferLayout {
-                array_stride: MeshBuffers::VERTEX_BYTES,
-                step_mode: wgpu::VertexStepMode::Vertex,
-                attributes: &MeshBuffers::ATTRIBUTES,
-            })],
-        },
-        primitive: wgpu::PrimitiveState {
-            polygon_mode: options.polygon_mode,
-            // What is seen from below lies behind what is seen from above, all but its edges.
-            cull_mode: Some(wgpu::Face::Back),
-            ..Default::default()
-        },
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Greater),
-            stencil: Default::default(),
-            bias: Default::default(),
-        }),
-        multisample: wgpu::MultisampleState { count: options.target.samples, ..Default::default() },
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some(fragment_entry),
-            compilation_options: compilation(),
-            targets: &[Some(options.target.format.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
 }
 
 /// Draws the visible blocks, whose triangles `indices` lists, with the pipeline that is set. Blocks that follow one another in the

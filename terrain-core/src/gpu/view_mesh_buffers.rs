@@ -44,6 +44,15 @@ impl ViewMeshBuffers {
     const TRIANGLE_BYTES: u64 = 12;
     const WORKGROUP: u32 = 64;
 
+    /// How a pipeline reads the vertices.
+    pub fn vertex_layout() -> wgpu::VertexBufferLayout<'static> {
+        wgpu::VertexBufferLayout {
+            array_stride: Self::VERTEX_BYTES,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &Self::ATTRIBUTES,
+        }
+    }
+
     pub fn new(device: &wgpu::Device) -> Self {
         let module = VIEW_MESH_UPDATE.module(device);
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {

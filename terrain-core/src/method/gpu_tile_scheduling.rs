@@ -24,7 +24,7 @@ use crate::gpu::{
 use crate::layer_loading::{colour_format, open_intakes};
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::RendererSettings;
-use crate::selection::{Selection, SelectionConfig, TileTree, Visibility};
+use crate::selection::{Selection, TileTree, Visibility};
 use crate::slot_terrain::SlotTerrain;
 use crate::terrain_renderer::RenderError;
 
@@ -338,11 +338,7 @@ impl GpuTileScheduling {
         view: &CameraView,
     ) {
         let Some(region) = &self.region else { return };
-        let config = SelectionConfig {
-            max_tiles: cx.settings.max_tiles,
-            texel_px: cx.settings.texel_px,
-            vertical_exaggeration: cx.settings.vertical_exaggeration,
-        };
+        let config = cx.settings.selection_config();
         let request = SelectionRequest {
             view,
             config: &config,

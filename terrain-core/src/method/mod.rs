@@ -62,8 +62,8 @@ pub(crate) struct Moved {
 /// if coarse; it keeps the budget of uploads; and of a still camera with nothing pending it moves no
 /// byte.
 pub(crate) trait TerrainMethod {
-    /// Takes what the GPU has sent back since the last frame.
-    fn receive(&mut self, cx: &mut FrameContext<'_>);
+    /// Takes what the GPU has sent back since the last frame. Nothing, where a method asks for nothing.
+    fn receive(&mut self, _cx: &mut FrameContext<'_>) {}
 
     /// Chooses what the view needs; returns the milliseconds it took.
     fn select(&mut self, cx: &mut FrameContext<'_>, view: &CameraView) -> f64;
@@ -92,10 +92,12 @@ pub(crate) trait TerrainMethod {
     /// drew a coordinate pass for it.
     fn ask(
         &mut self,
-        cx: &mut FrameContext<'_>,
-        encoder: &mut wgpu::CommandEncoder,
-        scene: &SceneState,
-    ) -> bool;
+        _cx: &mut FrameContext<'_>,
+        _encoder: &mut wgpu::CommandEncoder,
+        _scene: &SceneState,
+    ) -> bool {
+        false
+    }
 
     /// Draws the terrain of the scene that was set up; returns the group the sky is drawn with.
     fn draw(
@@ -107,7 +109,7 @@ pub(crate) trait TerrainMethod {
     ) -> &FrameGroup;
 
     /// After the frame's commands have been submitted.
-    fn after_submit(&mut self, frame: u64, view: &CameraView);
+    fn after_submit(&mut self, _frame: u64, _view: &CameraView) {}
 
     /// Fills in what the record tells of the method: tiles and triangles, not bytes or times. The
     /// record's frame is set.

@@ -91,8 +91,6 @@ impl Clipmap {
 }
 
 impl TerrainMethod for Clipmap {
-    fn receive(&mut self, _cx: &mut FrameContext<'_>) {}
-
     /// Nothing: which texels are needed follows from the eye's place alone.
     fn select(&mut self, _cx: &mut FrameContext<'_>, _view: &CameraView) -> f64 {
         0.0
@@ -143,15 +141,6 @@ impl TerrainMethod for Clipmap {
         cx.ledger.add(ByteCause::Mesh, sent);
     }
 
-    fn ask(
-        &mut self,
-        _cx: &mut FrameContext<'_>,
-        _encoder: &mut wgpu::CommandEncoder,
-        _scene: &SceneState,
-    ) -> bool {
-        false
-    }
-
     fn draw(
         &mut self,
         cx: &FrameContext<'_>,
@@ -175,8 +164,6 @@ impl TerrainMethod for Clipmap {
         self.pass = Some((settings, terrain));
         &self.frame
     }
-
-    fn after_submit(&mut self, _frame: u64, _view: &CameraView) {}
 
     fn describe(&self, _settings: &RendererSettings, record: &mut FrameRecord) {
         record.tiles_missing = self.terrain.missing() as u64;

@@ -29,7 +29,7 @@ use crate::layer_loading::colour_format;
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::{LookupMethod, RendererSettings};
 use crate::residency::OffsetTable;
-use crate::selection::{Selection, SelectionConfig, TileTree, select_by_frustum};
+use crate::selection::{Selection, TileTree, select_by_frustum};
 use crate::surface::view_mesh::{PatchFrame, RefineSettings, Sight, ViewMesh};
 use crate::terrain_renderer::RenderError;
 use crate::tiling::TileId;
@@ -117,20 +117,13 @@ impl CpuMesh {
 }
 
 impl TerrainMethod for CpuMesh {
-    /// Nothing is ever asked of the GPU.
-    fn receive(&mut self, _cx: &mut FrameContext<'_>) {}
-
     fn select(&mut self, cx: &mut FrameContext<'_>, view: &CameraView) -> f64 {
         let settings = cx.settings;
         if settings.freeze_selection || self.selected == Some(*view) {
             return 0.0;
         }
         let started = Instant::now();
-        let config = SelectionConfig {
-            max_tiles: settings.max_tiles,
-            texel_px: settings.texel_px,
-            vertical_exaggeration: settings.vertical_exaggeration,
-        };
+        let config = settings.selection_config();
         self.selection = select_by_frustum(&self.tree, view, &config);
         self.heights.select(&self.tree, view, &config);
         self.selected = Some(*view);
@@ -180,15 +173,6 @@ impl TerrainMethod for CpuMesh {
         cx.ledger.add(ByteCause::Uniform, sent);
     }
 
-    fn ask(
-        &mut self,
-        _cx: &mut FrameContext<'_>,
-        _encoder: &mut wgpu::CommandEncoder,
-        _scene: &SceneState,
-    ) -> bool {
-        false
-    }
-
     fn draw(
         &mut self,
         cx: &FrameContext<'_>,
@@ -213,8 +197,6 @@ impl TerrainMethod for CpuMesh {
         self.pass = Some((settings, terrain));
         &self.bindings.frame
     }
-
-    fn after_submit(&mut self, _frame: u64, _view: &CameraView) {}
 
     fn describe(&self, _settings: &RendererSettings, record: &mut FrameRecord) {
         record.tiles_selected = self.selection.tiles.len() as u64;

@@ -20,8 +20,7 @@ use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::RendererSettings;
 use crate::resident_terrain::ResidentTerrain;
 use crate::selection::{
-    RttQuadtree, Selection, SelectionConfig, SelectionStrategy, TileTree, Visibility,
-    visible_region,
+    RttQuadtree, Selection, SelectionStrategy, TileTree, Visibility, visible_region,
 };
 use crate::terrain_renderer::RenderError;
 use crate::tiling::TileId;
@@ -117,11 +116,7 @@ impl TerrainMethod for TileScheduling {
             return 0.0;
         }
         let started = Instant::now();
-        let config = SelectionConfig {
-            max_tiles: settings.max_tiles,
-            texel_px: settings.texel_px,
-            vertical_exaggeration: settings.vertical_exaggeration,
-        };
+        let config = settings.selection_config();
         let seen = state.and_then(|state| state.seen(settings.visibility));
         let region_frame = state.map(|state| state.frame);
         self.selection = strategy(settings).select(&self.terrain.tree, seen, view, &config);
