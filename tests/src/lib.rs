@@ -6,6 +6,7 @@ mod headless;
 mod nested_sources;
 mod picture;
 mod raster_fixture;
+mod reluctant_source;
 
 pub use analytic_source::{AnalyticSource, Surface};
 pub use bench::Bench;
@@ -13,3 +14,4 @@ pub use headless::gpu;
 pub use nested_sources::NestedSources;
 pub use picture::Picture;
 pub use raster_fixture::{RasterFixture, Storage};
+pub use reluctant_source::Reluctant;

@@ -4,17 +4,15 @@
 #![allow(clippy::print_stdout, reason = "measured values are to be seen")]
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use glam::{DVec2, DVec3, dvec2};
-use terrain_core::dataset::{ColourTile, HeightTile, LoadError, Loaded, Manifest, TileSource};
+use terrain_core::dataset::TileSource;
 use terrain_core::gpu::{GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
 use terrain_core::measure::FrameRecord;
 use terrain_core::selection::Strategy;
-use terrain_core::tiling::{TileId, TileSet};
 use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
-use terrain_tests::{AnalyticSource, Picture, Surface, gpu};
+use terrain_tests::{AnalyticSource, Picture, Reluctant, Surface, gpu};
 
 const SIZE_PX: [u32; 2] = [320, 180];
 const ROOT_M: f64 = 65_536.0;
@@ -279,53 +277,6 @@ fn the_picture_depends_neither_on_the_way_there_nor_on_where_the_data_lies() {
     assert_same(&fresh, &bench.picture(&moved));
 }
 
-/// A source whose finer tiles come late, or never.
-struct Reluctant {
-    inner: Arc<AnalyticSource>,
-    refuses: bool,
-    released: AtomicBool,
-}
-
-impl Reluctant {
-    fn hold(&self, tile: TileId) -> Result<(), LoadError> {
-        if tile == TileId::ROOT {
-            return Ok(());
-        }
-        if self.refuses {
-            let reason = "the disk has failed".to_owned();
-            return Err(LoadError::Unreadable { path: "reluctant".into(), tile, reason });
-        }
-        while !self.released.load(Ordering::Acquire) {
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        Ok(())
-    }
-}
-
-impl TileSource for Reluctant {
-    fn manifest(&self) -> &Manifest {
-        self.inner.manifest()
-    }
-
-    fn heights_present(&self) -> &TileSet {
-        self.inner.heights_present()
-    }
-
-    fn colours_present(&self) -> &TileSet {
-        self.inner.colours_present()
-    }
-
-    fn load_heights(&self, tile: TileId) -> Result<Loaded<HeightTile>, LoadError> {
-        self.hold(tile)?;
-        self.inner.load_heights(tile)
-    }
-
-    fn load_colours(&self, tile: TileId) -> Result<Loaded<ColourTile>, LoadError> {
-        self.hold(tile)?;
-        self.inner.load_colours(tile)
-    }
-}
-
 /// Pixels that are not ground: ground is greener or redder than blue here, what lies behind it blue.
 fn holes(picture: &Picture) -> usize {
     let is_hole = |pixel: &[u8]| pixel[2] > pixel[0] && pixel[2] > pixel[1];
@@ -336,8 +287,7 @@ fn holes(picture: &Picture) -> usize {
 fn there_is_never_a_hole_however_late_the_tiles_and_small_the_budget() {
     let down = view(0.0, -90.0, 6_000.0);
     for (refuses, upload_budget_bytes) in [(true, 64 << 20), (false, 0), (false, 300_000)] {
-        let released = AtomicBool::new(false);
-        let source = Arc::new(Reluctant { inner: source_at(DVec2::ZERO), refuses, released });
+        let source = Reluctant::new(source_at(DVec2::ZERO), refuses);
         let settings = RendererSettings { upload_budget_bytes, ..settings() };
         let Some(mut bench) = Bench::new(source.clone(), settings) else { return };
         for frame in 0..30 {
@@ -348,7 +298,7 @@ fn there_is_never_a_hole_however_late_the_tiles_and_small_the_budget() {
             let texels = record.upload_dem_bytes + record.upload_dom_bytes;
             assert!(texels <= upload_budget_bytes + 700_000, "{texels} bytes in frame {frame}");
             if frame > 8 {
-                source.released.store(true, Ordering::Release);
+                source.release();
                 std::thread::sleep(Duration::from_millis(2));
             }
         }

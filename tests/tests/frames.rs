@@ -5,15 +5,14 @@
 #![allow(clippy::print_stdout, reason = "measured values are to be seen")]
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use glam::{DVec2, dvec2};
-use terrain_core::dataset::{ColourTile, HeightTile, LoadError, Loaded, Manifest, TileSource};
+use terrain_core::dataset::TileSource;
 use terrain_core::gpu::{GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
-use terrain_core::tiling::{TileId, TileSet};
+use terrain_core::tiling::TileId;
 use terrain_core::{CameraView, LookupMethod, RendererSettings, TerrainRenderer};
-use terrain_tests::{AnalyticSource, Picture, Surface, gpu};
+use terrain_tests::{AnalyticSource, Picture, Reluctant, Surface, gpu};
 
 const SIZE_PX: [u32; 2] = [320, 180];
 
@@ -147,56 +146,9 @@ fn ground_shows_from_any_height() {
     }
 }
 
-/// A source whose finer tiles come late, or never.
-struct Reluctant {
-    inner: AnalyticSource,
-    refuses: bool,
-    released: AtomicBool,
-}
-
-impl Reluctant {
-    fn hold(&self, tile: TileId) -> Result<(), LoadError> {
-        if tile == TileId::ROOT {
-            return Ok(());
-        }
-        if self.refuses {
-            let reason = "the disk has failed".to_owned();
-            return Err(LoadError::Unreadable { path: "reluctant".into(), tile, reason });
-        }
-        while !self.released.load(Ordering::Acquire) {
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        Ok(())
-    }
-}
-
-impl TileSource for Reluctant {
-    fn manifest(&self) -> &Manifest {
-        self.inner.manifest()
-    }
-
-    fn heights_present(&self) -> &TileSet {
-        self.inner.heights_present()
-    }
-
-    fn colours_present(&self) -> &TileSet {
-        self.inner.colours_present()
-    }
-
-    fn load_heights(&self, tile: TileId) -> Result<Loaded<HeightTile>, LoadError> {
-        self.hold(tile)?;
-        self.inner.load_heights(tile)
-    }
-
-    fn load_colours(&self, tile: TileId) -> Result<Loaded<ColourTile>, LoadError> {
-        self.hold(tile)?;
-        self.inner.load_colours(tile)
-    }
-}
-
 fn reluctant(refuses: bool) -> Arc<Reluctant> {
     let inner = source_at(DVec2::ZERO);
-    Arc::new(Reluctant { inner, refuses, released: AtomicBool::new(false) })
+    Reluctant::new(Arc::new(inner), refuses)
 }
 
 /// Straight down, the whole picture is ground: a pixel that is not is a hole.
@@ -224,7 +176,7 @@ fn while_tiles_are_late_the_coarser_ones_show_and_no_frame_waits_for_them() {
     }
     assert!(last_missing > 0, "nothing was late");
     assert!(bench.renderer.needs_frame(&view), "the late tiles are waited for");
-    source.released.store(true, Ordering::Release);
+    source.release();
     let settled = bench.settled(&view);
     assert_eq!(holes(&settled), 0);
     assert!(!bench.renderer.needs_frame(&view));
