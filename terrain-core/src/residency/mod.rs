@@ -6,6 +6,7 @@ mod layer_stream;
 #[cfg(test)]
 pub(crate) mod managed_slots;
 mod offset_table;
+pub mod page_table;
 mod slot_stream;
 mod tile_cache;
 mod tile_in_slot;
