@@ -4,6 +4,7 @@ use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
+use terrain_core::residency::page_table::PageFeedback;
 use terrain_core::selection::{Strategy, Visibility};
 use terrain_core::{AntiAliasing, RendererSettings};
 
@@ -16,7 +17,8 @@ pub struct DrawingArgs {
     /// regularised and merged; rtt-quadtree-gpu, the same on the GPU, with the caches' slots and
     /// tables; cpu-frustum, tiles by the view frustum and screen-space error; cpu-mesh, a
     /// triangulation made on the CPU for the view and sent as geometry; clipmap, windows round the
-    /// eye instead of tiles
+    /// eye instead of tiles; page-table, imagery as one virtual texture, of which the GPU finds the
+    /// tiles that pixels need
     #[arg(long, value_name = "STRATEGY", default_value_t, value_parser = strategies())]
     strategy: Strategy,
 
@@ -24,6 +26,11 @@ pub struct DrawingArgs {
     /// GPU saw; exact, only the tiles its pixels lie on
     #[arg(long, value_name = "VISIBILITY", default_value_t, value_parser = visibilities())]
     visibility: Visibility,
+
+    /// How page-table learns what pixels need: list, duplicates removed on the GPU; full, every pixel
+    /// read back; jittered, one pixel of each 8x8 block in turn
+    #[arg(long, value_name = "FEEDBACK", default_value_t, value_parser = page_feedbacks())]
+    page_feedback: PageFeedback,
 
     /// Factor on all heights, from 0.01 to 1000
     #[arg(
@@ -95,6 +102,7 @@ impl DrawingArgs {
         RendererSettings {
             strategy: self.strategy,
             visibility: self.visibility,
+            page_feedback: self.page_feedback,
             cache_columns,
             cache_rows,
             max_tiles: self.max_tiles.unwrap_or(most_tiles),
@@ -125,6 +133,12 @@ pub fn strategies() -> impl TypedValueParser<Value = Strategy> {
 fn visibilities() -> impl TypedValueParser<Value = Visibility> {
     PossibleValuesParser::new(Visibility::ALL.map(Visibility::name))
         .try_map(|name| name.parse::<Visibility>())
+}
+
+/// A page feedback by its name.
+fn page_feedbacks() -> impl TypedValueParser<Value = PageFeedback> {
+    PossibleValuesParser::new(PageFeedback::ALL.map(PageFeedback::name))
+        .try_map(|name| name.parse::<PageFeedback>())
 }
 
 /// Slots of a cache: what a texture and the numbers of a table's entries have room for.

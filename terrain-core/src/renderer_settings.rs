@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::residency::page_table::PageFeedback;
 use crate::selection::{SelectionConfig, Strategy, Visibility};
 
 /// What the picture shows instead of, or on top of, the terrain as it is.
@@ -70,6 +71,8 @@ pub struct RendererSettings {
     pub strategy: Strategy,
     /// What counts as visible, for strategies that go by what the GPU saw.
     pub visibility: Visibility,
+    /// How a page table learns what pixels need.
+    pub page_feedback: PageFeedback,
     /// Slots of the caches from west to east: the paper's m.
     pub cache_columns: u32,
     /// Slots of the caches from north to south: the paper's n.
@@ -113,6 +116,7 @@ impl Default for RendererSettings {
         Self {
             strategy: Strategy::RttQuadtree,
             visibility: Visibility::Box,
+            page_feedback: PageFeedback::List,
             cache_columns: 6,
             cache_rows: 6,
             max_tiles: Self::most_tiles_of(6, 6),

@@ -31,7 +31,7 @@ impl CoordinatePass {
     ) -> Self {
         let entries = ("coordinate_vertex", "coordinate_fragment");
         let options = SurfaceOptions {
-            groups: bindings.layouts(),
+            groups: &bindings.layouts(),
             vertices: MeshBuffers::vertex_layout(),
             // A mean of places on either side of an edge would be a place on neither.
             target: TargetKind { format, samples: 1 },

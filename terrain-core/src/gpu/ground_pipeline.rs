@@ -17,8 +17,8 @@ pub(super) fn polygon_mode(device: &wgpu::Device, wireframe: bool) -> wgpu::Poly
 
 /// What a pipeline that draws the ground reads and draws into, and how.
 pub(super) struct SurfaceOptions<'a> {
-    /// Groups 0 and 1.
-    pub groups: [&'a wgpu::BindGroupLayout; 2],
+    /// The groups from 0 on.
+    pub groups: &'a [&'a wgpu::BindGroupLayout],
     pub vertices: wgpu::VertexBufferLayout<'a>,
     pub target: TargetKind,
     /// Values of the shader's `override` constants.
@@ -33,9 +33,10 @@ pub(super) fn surface_pipeline(
     (vertex_entry, fragment_entry): (&str, &str),
     options: &SurfaceOptions<'_>,
 ) -> wgpu::RenderPipeline {
+    let groups = options.groups.iter().map(|&group| Some(group)).collect::<Vec<_>>();
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(shader.name),
-        bind_group_layouts: &options.groups.map(Some),
+        bind_group_layouts: &groups,
         immediate_size: 0,
     });
     let module = shader.module(device);

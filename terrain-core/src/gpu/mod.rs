@@ -30,6 +30,7 @@ mod mark_seen_tiles_pass;
 mod mesh_buffers;
 mod offscreen_target;
 mod offset_table_buffer;
+mod page_table;
 mod picture;
 mod place_tiles_pass;
 mod precision_depth_probe;
@@ -74,6 +75,10 @@ pub(crate) use manage_tiles_pass::LayerDeliveries;
 pub(crate) use offscreen_target::read_texture;
 pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
 pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};
+pub(crate) use page_table::{
+    PageBindings, PageFeedbackRing, PageGround, PageGroundBindings, PageGroundGroup,
+    PageGroundPass, PageGroundPassSettings, PageRequestPass, PageTableUniforms,
+};
 pub(crate) use picture::{Picture, PictureTarget, TargetKind};
 pub use precision_depth_probe::probe_depth;
 pub use precision_probe::{

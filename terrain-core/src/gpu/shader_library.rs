@@ -37,8 +37,38 @@ pub static TERRAIN: Shader = shader!(
     "colour_sample",
     "atmosphere",
     "ground_light",
+    "ground_slopes",
     "tile_ground"
 );
+/// The picture of terrain whose imagery comes through a page table.
+pub static PAGE_TERRAIN: Shader = shader!(
+    "page_terrain",
+    "frame",
+    "tile_lookup",
+    "surface_sample",
+    "page_table",
+    "page_colour",
+    "page_ground",
+    "atmosphere",
+    "ground_light",
+    "ground_slopes"
+);
+/// What pages of a virtual texture each pixel asks for.
+pub static PAGE_REQUESTS: Shader = shader!(
+    "page_requests",
+    "frame",
+    "tile_lookup",
+    "surface_sample",
+    "page_table",
+    "page_request",
+    "page_ground"
+);
+/// Each page that pixels ask for once, on a list.
+pub static GATHER_PAGES: Shader = shader!("gather_pages", "page_table");
+/// What one pixel of every block asks for.
+pub static SAMPLE_PAGES: Shader = shader!("sample_pages");
+/// The page table's functions by themselves, so that they can be compared with their twins on the CPU.
+pub static PAGE_PROBE: Shader = shader!("page_probe", "page_table", "page_request", "page_colour");
 /// The picture of a mesh made on the CPU for the view.
 pub static VIEW_MESH: Shader = shader!(
     "view_mesh",
@@ -143,10 +173,15 @@ pub static PRECISION_NATIVE_F64: Shader = shader!("precision_native", "real_f64"
 pub static PRECISION_NATIVE_F16: Shader = shader!("precision_native", "real_f16");
 
 /// Every shader of the library that needs no optional feature, for tests that look at all of them.
-pub static ALL: [&Shader; 30] = [
+pub static ALL: [&Shader; 35] = [
     &DISPLACE,
     &SORT_TRIANGLES,
     &TERRAIN,
+    &PAGE_TERRAIN,
+    &PAGE_REQUESTS,
+    &GATHER_PAGES,
+    &SAMPLE_PAGES,
+    &PAGE_PROBE,
     &VIEW_MESH,
     &VIEW_MESH_COORDINATES,
     &VIEW_MESH_UPDATE,

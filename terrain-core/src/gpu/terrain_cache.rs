@@ -88,18 +88,16 @@ impl TerrainCache {
         self.derive_heights.record(&gpu.device, encoder, &self.heights, &uploads)
     }
 
-    /// Writes colour tiles into their slots; returns the bytes sent.
+    /// Writes colour tiles into the slots given with them; returns the bytes sent.
     pub fn upload_colours(
         &self,
         gpu: &GpuContext,
         encoder: &mut wgpu::CommandEncoder,
-        tiles: &[(Placement, ColourTile)],
+        tiles: &[(u32, &ColourTile)],
     ) -> u64 {
-        let sent = tiles
-            .iter()
-            .map(|(placement, tile)| self.colours.upload(&gpu.queue, placement.slot, tile))
-            .sum();
-        let slots = tiles.iter().map(|(placement, _)| placement.slot).collect::<Vec<_>>();
+        let sent =
+            tiles.iter().map(|(slot, tile)| self.colours.upload(&gpu.queue, *slot, tile)).sum();
+        let slots = tiles.iter().map(|(slot, _)| *slot).collect::<Vec<_>>();
         self.derive_colours.record(encoder, &self.colours, &slots);
         sent
     }

@@ -57,7 +57,7 @@ impl TerrainPass {
         let constants = settings.constants();
         let pipeline = |entries| {
             let options = SurfaceOptions {
-                groups: bindings.layouts(),
+                groups: &bindings.layouts(),
                 vertices: MeshBuffers::vertex_layout(),
                 target: settings.target,
                 constants: &constants,

@@ -40,7 +40,7 @@ impl ViewMeshPass {
             ("DEBUG_VIEW", f64::from(settings.debug_view.code())),
         ];
         let options = SurfaceOptions {
-            groups: bindings.layouts(),
+            groups: &bindings.layouts(),
             vertices: ViewMeshBuffers::vertex_layout(),
             target: settings.target,
             constants: &constants,
@@ -72,7 +72,7 @@ pub(crate) fn draw_view_mesh_coordinates(
     size_px: [u32; 2],
 ) -> wgpu::Texture {
     let options = SurfaceOptions {
-        groups: bindings.layouts(),
+        groups: &bindings.layouts(),
         vertices: ViewMeshBuffers::vertex_layout(),
         // A mean of places on either side of an edge would be a place on neither.
         target: TargetKind { format: CoordinatePass::FULL_FORMAT, samples: 1 },

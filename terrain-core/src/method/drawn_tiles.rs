@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::tile_cache_size::check_cache_fits;
 use super::{FrameContext, Moved, SceneState};
-use crate::dataset::{ColourFormat, TileSource};
+use crate::dataset::{ColourFormat, HeightTile, TileSource};
 use crate::frame_setup::{frame_uniforms, mesh_radius};
 use crate::gpu::{
     CoordinatePass, DebugImage, FrameBindings, FrameGroup, FrameUniforms, MeshScene, SceneMeshes,
@@ -14,6 +14,7 @@ use crate::gpu::{
 use crate::ground_heights::height_range_m;
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::{DebugView, LookupMethod};
+use crate::residency::Placement;
 use crate::resident_terrain::Arrivals;
 use crate::selection::TileTree;
 use crate::terrain_renderer::RenderError;
@@ -23,7 +24,7 @@ pub(super) struct DrawnTiles {
     pub cache: TerrainCache,
     pub bindings: FrameBindings,
     pub meshes: SceneMeshes,
-    has_voids: bool,
+    pub has_voids: bool,
     has_colours: bool,
     pass: Option<(TerrainPassSettings, TerrainPass)>,
     /// What the latest displacement was made of.
@@ -66,17 +67,32 @@ impl DrawnTiles {
         tree: &TileTree,
         arrivals: &Arrivals,
     ) -> Moved {
-        let sent = self.cache.upload_heights(cx.gpu, encoder, tree, &arrivals.heights);
-        cx.ledger.add(ByteCause::Dem, sent);
-        cx.ledger
-            .add_texels(ByteCause::Dem, tree.heights.layout.stored_texels(arrivals.heights.len()));
-        let sent = self.cache.upload_colours(cx.gpu, encoder, &arrivals.colours);
+        self.upload_heights(cx, encoder, tree, &arrivals.heights);
+        let colours = arrivals.colours.iter().map(|(placement, tile)| (placement.slot, tile));
+        let colours = colours.collect::<Vec<_>>();
+        let sent = self.cache.upload_colours(cx.gpu, encoder, &colours);
         cx.ledger.add(ByteCause::Dom, sent);
         if let Some(colours) = &tree.colours {
             cx.ledger
                 .add_texels(ByteCause::Dom, colours.layout.stored_texels(arrivals.colours.len()));
         }
         Moved { new: arrivals.count() as u64, evicted: arrivals.evicted() as u64 }
+    }
+
+    /// Brings height tiles into their slots.
+    pub fn upload_heights(
+        &self,
+        cx: &mut FrameContext<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        tree: &TileTree,
+        tiles: &[(Placement, HeightTile)],
+    ) -> Moved {
+        let sent = self.cache.upload_heights(cx.gpu, encoder, tree, tiles);
+        cx.ledger.add(ByteCause::Dem, sent);
+        let texels = tree.heights.layout.stored_texels(tiles.len());
+        cx.ledger.add_texels(ByteCause::Dem, texels);
+        let evicted = tiles.iter().filter(|(placement, _)| placement.evicted.is_some()).count();
+        Moved { new: tiles.len() as u64, evicted: evicted as u64 }
     }
 
     /// The scene's uniforms but for the ranges of the tables.

@@ -8,6 +8,7 @@ mod clipmap;
 mod cpu_mesh;
 mod drawn_tiles;
 mod gpu_tile_scheduling;
+mod page_table;
 mod region_state;
 mod tile_cache_size;
 mod tile_scheduling;
@@ -20,6 +21,7 @@ use glam::DVec2;
 use self::clipmap::Clipmap;
 use self::cpu_mesh::CpuMesh;
 use self::gpu_tile_scheduling::GpuTileScheduling;
+use self::page_table::PageTable;
 use self::tile_scheduling::TileScheduling;
 use crate::CameraView;
 use crate::dataset::TileSource;
@@ -165,6 +167,7 @@ enum MethodKind {
     GpuTileScheduling,
     CpuMesh,
     Clipmap,
+    PageTable,
 }
 
 impl MethodKey {
@@ -174,11 +177,13 @@ impl MethodKey {
             Strategy::RttQuadtreeGpu => MethodKind::GpuTileScheduling,
             Strategy::CpuMesh => MethodKind::CpuMesh,
             Strategy::Clipmap => MethodKind::Clipmap,
+            Strategy::PageTable => MethodKind::PageTable,
         };
         let made_for = match kind {
             MethodKind::TileScheduling => TileScheduling::made_for(settings),
             MethodKind::GpuTileScheduling => GpuTileScheduling::made_for(settings),
             MethodKind::CpuMesh => CpuMesh::made_for(settings),
+            MethodKind::PageTable => PageTable::made_for(settings),
             // Whatever changes, it keeps what it has.
             MethodKind::Clipmap => RendererSettings::default(),
         };
@@ -201,5 +206,6 @@ pub(crate) fn open_method(
         MethodKind::GpuTileScheduling => Ok(Box::new(GpuTileScheduling::open(cx, source, tree)?)),
         MethodKind::CpuMesh => Ok(Box::new(CpuMesh::open(cx, source, tree)?)),
         MethodKind::Clipmap => Ok(Box::new(Clipmap::open(cx, source, tree)?)),
+        MethodKind::PageTable => Ok(Box::new(PageTable::open(cx, source, tree)?)),
     }
 }

@@ -83,6 +83,11 @@ impl<T: Send + 'static> TileIntake<T> {
         self.ready.remove(&tile)
     }
 
+    /// Hands out all waiting tiles, in order of their ids.
+    pub fn take_all(&mut self) -> BTreeMap<TileId, T> {
+        self.ready.drain().collect()
+    }
+
     /// Drops the waiting tiles that are not to be kept, and asks for these instead of what was asked
     /// for before, most urgent first.
     pub fn ask(&mut self, requests: &[TileId], is_kept: impl Fn(TileId) -> bool) {

@@ -55,6 +55,9 @@ pub enum Strategy {
     CpuMesh,
     /// Geometry clipmap for heights and clipmap for colours: windows round the eye instead of tiles.
     Clipmap,
+    /// Imagery as one virtual texture behind a page table, its tiles those that the GPU finds pixels to
+    /// need; heights in tiles of the same ground.
+    PageTable,
 }
 
 /// There is no strategy of this name.
@@ -64,8 +67,14 @@ pub struct UnknownStrategy(pub String);
 
 impl Strategy {
     /// Every strategy.
-    pub const ALL: [Self; 5] =
-        [Self::RttQuadtree, Self::RttQuadtreeGpu, Self::CpuFrustum, Self::CpuMesh, Self::Clipmap];
+    pub const ALL: [Self; 6] = [
+        Self::RttQuadtree,
+        Self::RttQuadtreeGpu,
+        Self::CpuFrustum,
+        Self::CpuMesh,
+        Self::Clipmap,
+        Self::PageTable,
+    ];
 
     /// The name on the command line, in records and reports.
     pub const fn name(self) -> &'static str {
@@ -75,16 +84,17 @@ impl Strategy {
             Self::CpuFrustum => "cpu-frustum",
             Self::CpuMesh => "cpu-mesh",
             Self::Clipmap => "clipmap",
+            Self::PageTable => "page-table",
         }
     }
 
     /// How tiles are chosen, as far as they are on the CPU: of a strategy that chooses on the GPU the
-    /// twin, which gives the same; `None` where there are no tiles to choose.
+    /// twin, which gives the same; `None` where there are no tiles to choose, or where pixels choose them.
     pub fn implementation(self) -> Option<&'static dyn SelectionStrategy> {
         match self {
             Self::RttQuadtree | Self::RttQuadtreeGpu => Some(&RttQuadtree),
             Self::CpuFrustum | Self::CpuMesh => Some(&CpuFrustum),
-            Self::Clipmap => None,
+            Self::Clipmap | Self::PageTable => None,
         }
     }
 }

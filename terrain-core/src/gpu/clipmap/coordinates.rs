@@ -16,7 +16,7 @@ pub(crate) fn draw_clip_coordinates(
     size_px: [u32; 2],
 ) -> wgpu::Texture {
     let options = SurfaceOptions {
-        groups: [&frame.layout, &clip.layout],
+        groups: &[&frame.layout, &clip.layout],
         vertices: ClipMeshBuffers::instance_layout(),
         // A mean of places on either side of an edge would be a place on neither.
         target: TargetKind { format: CoordinatePass::FULL_FORMAT, samples: 1 },

@@ -39,7 +39,7 @@ impl ClipPass {
             ("DEBUG_VIEW", f64::from(settings.debug_view.code())),
         ];
         let options = SurfaceOptions {
-            groups: [&frame.layout, &clip.layout],
+            groups: &[&frame.layout, &clip.layout],
             vertices: ClipMeshBuffers::instance_layout(),
             target: settings.target,
             constants: &constants,

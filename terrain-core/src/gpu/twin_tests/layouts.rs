@@ -2,6 +2,7 @@ use std::mem::offset_of;
 
 use encase::ShaderType;
 
+use super::page_table::{PageProbeAnswer, PageProbePoint};
 use crate::RendererSettings;
 use crate::dataset::HeightSamples;
 use crate::gpu::build_tile_table_pass::{BuildTileTablePass, TableSpace};
@@ -10,18 +11,23 @@ use crate::gpu::derive_heights_pass::DecodeJob;
 use crate::gpu::limit_surface_pass::{CastPixel, LimitUniforms};
 use crate::gpu::manage_tiles_pass::{DeliveriesHead, ManageTilesPass, ManagedLayer, Slot};
 use crate::gpu::mesh_buffers::MeshBuffers;
+use crate::gpu::page_table::{GatherPagesPass, SamplePagesPass};
 use crate::gpu::place_tiles_pass::{Ground, PlacedLayer};
 use crate::gpu::precision_probe::{Answer, Operands, Outcome, Results, Trial};
 use crate::gpu::seen_ground_buffer::SeenGroundBuffer;
 use crate::gpu::select_tiles_pass::SelectTilesPass;
 use crate::gpu::shader_library::{
-    ALL, BUILD_TILE_TABLE, CLIPMAP, CLIPMAP_HEIGHTS, DERIVE_HEIGHTS, DISPLACE, LIMIT_SURFACE,
-    MANAGE_TILES, MARK_SEEN_TILES, MERGE_TILES, PLACE_TILES, PRECISION_ENCODINGS, PRECISION_FLOATS,
-    PRECISION_SPAN, REDUCE_REGION, SUBDIVIDE_TILES, Shader, TERRAIN, WITH_OTHER_FLOATS,
+    ALL, BUILD_TILE_TABLE, CLIPMAP, CLIPMAP_HEIGHTS, DERIVE_HEIGHTS, DISPLACE, GATHER_PAGES,
+    LIMIT_SURFACE, MANAGE_TILES, MARK_SEEN_TILES, MERGE_TILES, PAGE_PROBE, PAGE_TERRAIN,
+    PLACE_TILES, PRECISION_ENCODINGS, PRECISION_FLOATS, PRECISION_SPAN, REDUCE_REGION,
+    SAMPLE_PAGES, SUBDIVIDE_TILES, Shader, TERRAIN, WITH_OTHER_FLOATS,
 };
 use crate::gpu::tile_report::TileReport;
-use crate::gpu::{CoordinatePass, FrameUniforms, TableRange, TileEntry, TilePlace};
+use crate::gpu::{
+    CoordinatePass, FrameUniforms, PageGround, PageTableUniforms, TableRange, TileEntry, TilePlace,
+};
 use crate::precision::encodings::{Decoded, EncodedPoint};
+use crate::residency::page_table::PageRequest;
 use crate::selection::{LISTED_AT_MOST, SeenTiles, SelectionParams};
 use crate::surface::{ClipBlock, MeshVertex};
 
@@ -155,6 +161,38 @@ fn structs_of_the_clipmap_have_the_same_members_offsets_and_sizes() {
         ("OUTERMOST", ClipBlock::OUTERMOST),
     ] {
         assert_eq!(wgsl_constant(&CLIPMAP, name), naga::Literal::U32(flag), "{name}");
+    }
+}
+
+#[test]
+fn structs_of_the_page_table_have_the_same_members_offsets_and_sizes() {
+    let table = offsets!(PageTableUniforms: columns, rows, tile_texels, gutter_texels, coarsest_level,
+        first_resident_level, atlas_columns, padding, data_first, data_end, uv_per_texel, request_bias,
+        lookup_bias, level_starts);
+    let size = size_of::<PageTableUniforms>() as u32;
+    assert_eq!(wgsl_layout(&PAGE_TERRAIN, "PageTable"), (table, size));
+    let ground = offsets!(PageGround: anchor_texel, anchor_from_eye_m, texels_per_m, padding);
+    let size = size_of::<PageGround>() as u32;
+    assert_eq!(wgsl_layout(&PAGE_TERRAIN, "PageGround"), (ground, size));
+    let point = offsets!(PageProbePoint: st, span_x, span_y, padding);
+    let size = size_of::<PageProbePoint>() as u32;
+    assert_eq!(wgsl_layout(&PAGE_PROBE, "PageProbePoint"), (point, size));
+    let answer = offsets!(PageProbeAnswer: colour, texel, part, request, in_page, level, taps,
+        found_level, found_word);
+    let size = size_of::<PageProbeAnswer>() as u32;
+    assert_eq!(wgsl_layout(&PAGE_PROBE, "PageProbeAnswer"), (answer, size));
+    let list = wgsl_layout(&GATHER_PAGES, "PageList").0;
+    let pages = ("pages".to_owned(), GatherPagesPass::HEAD_BYTES as u32);
+    assert_eq!(list.last(), Some(&pages));
+    let most = naga::Literal::U32(GatherPagesPass::MOST_LISTED);
+    assert_eq!(wgsl_constant(&GATHER_PAGES, "MOST_LISTED"), most);
+    let block = naga::Literal::U32(GatherPagesPass::BLOCK_PX);
+    assert_eq!(wgsl_constant(&GATHER_PAGES, "BLOCK_PX"), block);
+    let block = naga::Literal::U32(SamplePagesPass::BLOCK_PX);
+    assert_eq!(wgsl_constant(&SAMPLE_PAGES, "BLOCK_PX"), block);
+    for (name, steps) in [("STEPS", PageRequest::STEPS), ("STEPS_BELOW", PageRequest::STEPS_BELOW)]
+    {
+        assert_eq!(wgsl_constant(&PAGE_PROBE, name), naga::Literal::I32(steps), "{name}");
     }
 }
 

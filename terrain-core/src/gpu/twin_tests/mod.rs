@@ -6,6 +6,7 @@
 mod derived_mips;
 mod layouts;
 mod mesh;
+mod page_table;
 mod random_field;
 mod sampling;
 mod sorted_triangles;

@@ -10,7 +10,7 @@ use crate::gpu::{
     SceneMeshes, TargetKind, TerrainCache, TerrainPass, TerrainPassSettings,
 };
 use crate::renderer_settings::{DebugView, RendererSettings};
-use crate::residency::{OffsetTable, Placement};
+use crate::residency::OffsetTable;
 use crate::selection::LayerTree;
 use crate::tiling::TileId;
 
@@ -41,10 +41,9 @@ impl Stage {
         scene.tree.colours = Some(LayerTree { layout: LAYOUT, present });
         let mut cache = scene.cache(gpu);
         let shown = scene.residents.iter().copied().step_by(2).collect::<Vec<_>>();
-        let place = |&(tile, slot): &(TileId, u32)| {
-            (Placement { tile, slot, evicted: None }, colour_tile(tile))
-        };
-        let uploads = shown.iter().map(place).collect::<Vec<_>>();
+        let tiles = shown.iter().map(|&(tile, _)| colour_tile(tile)).collect::<Vec<_>>();
+        let slots = shown.iter().map(|&(_, slot)| slot);
+        let uploads = slots.zip(&tiles).collect::<Vec<_>>();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         cache.upload_colours(gpu, &mut encoder, &uploads);
 

@@ -294,7 +294,8 @@ impl CpuMesh {
         let moved = self.colours.update(&wanted, budget_bytes, cx.frame);
         cx.ledger.add(ByteCause::Disk, moved.disk_bytes);
         self.failures.extend(moved.failures);
-        let sent = self.cache.upload_colours(cx.gpu, encoder, &moved.uploads);
+        let uploads = moved.uploads.iter().map(|(placement, tile)| (placement.slot, tile));
+        let sent = self.cache.upload_colours(cx.gpu, encoder, &uploads.collect::<Vec<_>>());
         cx.ledger.add(ByteCause::Dom, sent);
         if let Some(layer) = &self.tree.colours {
             let texels = layer.layout.stored_texels(moved.uploads.len());

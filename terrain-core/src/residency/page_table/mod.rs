@@ -7,6 +7,7 @@
 //! disk to memory to the GPU. Nothing here knows what the texture is drawn on.
 
 mod page_fades;
+mod page_feedback;
 mod page_layout;
 mod page_request;
 mod page_slots;
@@ -14,6 +15,7 @@ mod page_stream;
 mod seen_pages;
 mod texture_place;
 
+pub use page_feedback::{PageFeedback, UnknownPageFeedback};
 pub use page_layout::{PageId, PageLayout};
 pub use page_request::{PageRequest, PagesAsked, coarsened, fitting, unite};
 pub use page_stream::{PageEntry, PageStream, PageUpload};

@@ -21,8 +21,8 @@ pub(crate) struct SeenPages {
     /// Frame and camera of the latest image; `None` before the first.
     latest: Option<(u64, CameraView)>,
     images: u64,
-    images_of_view: u64,
-    images_of_all: u64,
+    images_of_view: u32,
+    images_of_all: u32,
 }
 
 #[derive(Clone, Copy)]
@@ -41,20 +41,20 @@ impl SeenPages {
     pub fn take(
         &mut self,
         image: PageImage,
-        period: u64,
+        period: u32,
         is_complete: bool,
-        grows: impl Fn(u64, u64) -> bool,
+        grows: impl Fn(u32, u32) -> bool,
     ) {
         if self.latest.is_none_or(|(_, view)| view != image.view) {
             (self.images_of_view, self.images_of_all) = (0, 0);
         }
         self.images += 1;
         self.images_of_view += 1;
-        self.images_of_all += u64::from(is_complete);
+        self.images_of_all += u32::from(is_complete);
         self.latest = Some((image.frame, image.view));
         // In periods, so that it means the same for all ways to see.
         if !grows(self.images_of_all.div_ceil(period), self.images_of_view.div_ceil(period)) {
-            let oldest = (self.images + 1).saturating_sub(period);
+            let oldest = (self.images + 1).saturating_sub(u64::from(period));
             self.pages.retain(|_, seen| seen.image >= oldest);
         }
         for (page, steps) in image.asked {
@@ -75,7 +75,7 @@ impl SeenPages {
     }
 
     /// Whether images of all turns of this view have come.
-    pub fn has_whole(&self, view: &CameraView, period: u64) -> bool {
+    pub fn has_whole(&self, view: &CameraView, period: u32) -> bool {
         self.images_of_view >= period && self.latest.is_some_and(|(_, latest)| latest == *view)
     }
 
@@ -105,7 +105,7 @@ mod tests {
         seen.asked().keys().map(|page| page.column).collect()
     }
 
-    fn never(_: u64, _: u64) -> bool {
+    fn never(_: u32, _: u32) -> bool {
         false
     }
 
@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn of_a_view_that_goes_on_changing_nothing_is_forgotten_at_last() {
         let mut seen = SeenPages::default();
-        let grows = |of_all, _| of_all > 2;
+        let grows = |of_all: u32, _: u32| of_all > 2;
         for turn in 0..8 {
             seen.take(image(0.0, &[turn % 2]), 1, true, grows);
         }

@@ -1,0 +1,192 @@
+use super::gather_pass::GatherPagesPass;
+use super::page_bindings::PageBindings;
+use super::request_image::RequestImage;
+use super::sample_pass::SamplePagesPass;
+use crate::CameraView;
+use crate::gpu::readback_ring::ReadbackRing;
+use crate::renderer_settings::RendererSettings;
+use crate::residency::page_table::{PageFeedback, PageImage, PageLayout, PageRequest, unite};
+
+/// Finds the pages that a frame's pixels ask for and brings them back without waiting for the GPU, in one of
+/// three ways; see [`PageFeedback`].
+pub(crate) struct PageFeedbackRing {
+    way: PageFeedback,
+    latency_frames: u32,
+    gather: GatherPagesPass,
+    /// What depends on the size of the frame; `None` before the first.
+    sized: Option<Sized>,
+    /// Pages of the list that the next copy takes along.
+    listed: u32,
+    /// The copy recorded in this frame, until it is submitted.
+    recorded: Option<(wgpu::Buffer, u32)>,
+    turns: u64,
+}
+
+struct Sized {
+    image: RequestImage,
+    sample: Option<SamplePagesPass>,
+    ring: ReadbackRing<Ticket>,
+}
+
+/// The frame and the camera that a readback is of.
+#[derive(Clone, Copy)]
+struct Ticket {
+    frame: u64,
+    view: CameraView,
+    /// Pages of the list that were copied.
+    listed: u32,
+}
+
+/// What has come back.
+pub(crate) struct PagesReadBack {
+    /// What pixels asked for, oldest first.
+    pub images: Vec<PageImage>,
+    /// Whether a list came back that was longer than was copied of it: to be asked for anew.
+    pub is_cut_off: bool,
+}
+
+impl PageFeedbackRing {
+    /// Buffers of the ring: one being drawn, one on its way, one being read, and as many as are held back.
+    const BUFFERS: u32 = 3;
+    /// Pages of the first list that are read back.
+    const FIRST_LISTED: u32 = 256;
+    /// Pages that are always read back.
+    const LEAST_LISTED: u32 = 16;
+
+    pub fn new(
+        device: &wgpu::Device,
+        layout: &PageLayout,
+        pages: &PageBindings,
+        settings: &RendererSettings,
+    ) -> Self {
+        Self {
+            way: settings.page_feedback,
+            latency_frames: settings.readback_latency_frames,
+            gather: GatherPagesPass::new(device, layout, pages),
+            sized: None,
+            listed: Self::FIRST_LISTED,
+            recorded: None,
+            turns: 0,
+        }
+    }
+
+    /// Images that make up all that a frame's pixels ask for.
+    pub fn period(&self) -> u32 {
+        match self.way {
+            PageFeedback::List | PageFeedback::Full => 1,
+            PageFeedback::Jittered => SamplePagesPass::PERIOD,
+        }
+    }
+
+    /// Whether another image can be asked for.
+    pub fn is_free(&self) -> bool {
+        self.sized.as_ref().is_none_or(|sized| sized.ring.has_free())
+    }
+
+    /// Whether an image is on its way.
+    pub fn is_waiting(&self) -> bool {
+        self.sized.as_ref().is_some_and(|sized| sized.ring.is_waiting())
+    }
+
+    /// Records the stages and the copy of what they find, if a buffer is free; `draw` draws everything that
+    /// has the texture on it. Returns the bytes that come back. [`Self::begin`] follows the submission.
+    pub fn record(
+        &mut self,
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        encoder: &mut wgpu::CommandEncoder,
+        size_px: [u32; 2],
+        pages: &PageBindings,
+        draw: impl FnOnce(&mut wgpu::RenderPass<'_>),
+    ) -> Option<u64> {
+        let (way, listed) = (self.way, self.listed);
+        let buffers = Self::BUFFERS + self.latency_frames;
+        let sized = match self.sized.take() {
+            Some(sized) if sized.image.size_px() == size_px => sized,
+            // What is on its way from images of another size is let go.
+            _ => Sized::new(device, way, size_px, buffers),
+        };
+        let Sized { image, sample, ring } = self.sized.insert(sized);
+        if !ring.has_free() {
+            return None;
+        }
+        image.record(encoder, draw);
+        let mut bytes = 0;
+        let buffer = match (way, sample) {
+            (PageFeedback::Jittered, Some(sample)) => ring.record_with(|buffer| {
+                bytes = sample.record((device, queue), encoder, image, self.turns, buffer);
+            }),
+            (PageFeedback::Full, _) => {
+                bytes = Sized::full_bytes(size_px);
+                ring.record(encoder, &image.texture)
+            }
+            _ => {
+                self.gather.record(device, encoder, image, pages);
+                let gather = &self.gather;
+                ring.record_with(|buffer| bytes = gather.copy_list(encoder, buffer, listed))
+            }
+        };
+        self.turns += 1;
+        self.recorded = buffer.map(|buffer| (buffer, listed));
+        self.recorded.is_some().then_some(bytes)
+    }
+
+    /// Asks for what was recorded in this frame, after its submission.
+    pub fn begin(&mut self, frame: u64, view: &CameraView) {
+        if let (Some((buffer, listed)), Some(sized)) = (self.recorded.take(), &mut self.sized) {
+            sized.ring.begin(buffer, Ticket { frame, view: *view, listed });
+        }
+    }
+
+    /// What has come back since the last call and is due in this frame. Never waits.
+    pub fn take(&mut self, layout: &PageLayout, frame: u64) -> PagesReadBack {
+        let mut back = PagesReadBack { images: Vec::new(), is_cut_off: false };
+        let Some(sized) = &mut self.sized else { return back };
+        let latency_frames = u64::from(self.latency_frames);
+        let is_due = |ticket: &Ticket| ticket.frame + latency_frames <= frame;
+        while let Some(readback) = sized.ring.take_if(is_due) {
+            let Ticket { frame, view, listed } = readback.metadata;
+            let words = bytemuck::pod_collect_to_vec::<u8, u32>(&readback.bytes);
+            let requests = match self.way {
+                PageFeedback::List => {
+                    let count = words.first().copied().unwrap_or(0);
+                    let next = (count + count / 4).next_power_of_two();
+                    self.listed = next.clamp(Self::LEAST_LISTED, GatherPagesPass::MOST_LISTED);
+                    back.is_cut_off = count.min(GatherPagesPass::MOST_LISTED) > listed;
+                    if back.is_cut_off {
+                        continue;
+                    }
+                    let head = (GatherPagesPass::HEAD_BYTES / 4) as usize;
+                    let listed = 2 * count.min(GatherPagesPass::MOST_LISTED) as usize;
+                    &words[head..head + listed]
+                }
+                PageFeedback::Full | PageFeedback::Jittered => &words[..],
+            };
+            let requests =
+                bytemuck::cast_slice::<u32, PageRequest>(&requests[..requests.len() & !1]);
+            let asked = unite(layout, requests.iter().copied());
+            back.images.push(PageImage { asked, frame, view });
+        }
+        back
+    }
+}
+
+impl Sized {
+    fn new(device: &wgpu::Device, way: PageFeedback, size_px: [u32; 2], buffers: u32) -> Self {
+        let sample = (way == PageFeedback::Jittered).then(|| SamplePagesPass::new(device, size_px));
+        let ring = match (&sample, way) {
+            (Some(sample), _) => ReadbackRing::of_bytes(device, buffers, sample.bytes() as u32),
+            (None, PageFeedback::Full) => {
+                ReadbackRing::new(device, buffers, size_px, RequestImage::TEXEL_BYTES)
+            }
+            (None, _) => {
+                let bytes = GatherPagesPass::list_bytes(GatherPagesPass::MOST_LISTED);
+                ReadbackRing::of_bytes(device, buffers, bytes as u32)
+            }
+        };
+        Self { image: RequestImage::new(device, size_px), sample, ring }
+    }
+
+    fn full_bytes([width, height]: [u32; 2]) -> u64 {
+        u64::from(width) * u64::from(height) * u64::from(RequestImage::TEXEL_BYTES)
+    }
+}
