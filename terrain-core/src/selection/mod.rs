@@ -11,7 +11,6 @@
 mod cpu_frustum;
 mod eye_units;
 mod ground_units;
-mod listed_tiles;
 mod merge_farthest;
 mod regularize;
 mod rtt_quadtree;
@@ -28,7 +27,6 @@ mod visibility;
 mod visible_region;
 
 pub use cpu_frustum::select_by_frustum;
-pub(crate) use listed_tiles::select_listed;
 pub use merge_farthest::merge_farthest;
 pub use regularize::regularize;
 pub(crate) use rtt_quadtree::RttQuadtree;

@@ -66,6 +66,7 @@ impl TileList {
     }
 
     /// The list of level 0 and these tiles. Tiles that do not exist are left out.
+    #[cfg(test)]
     pub(super) fn of_tiles(tree: &TileTree, eye: &EyeUnits, tiles: &[TileId]) -> Self {
         let mut list = Self::new(tree, eye);
         for &tile in tiles.iter().filter(|&&tile| tree.contains(tile)) {
@@ -160,6 +161,7 @@ impl TileList {
 
     /// The node of `tile`, a child of `parent`'s tile, added together with what is known of its
     /// siblings where it is new.
+    #[cfg(test)]
     fn child_node(&mut self, tree: &TileTree, parent: u32, tile: TileId, eye: &EyeUnits) -> u32 {
         if let Some(node) = self.node(parent).children[tile.quadrant() as usize].node() {
             return node;

@@ -3,7 +3,10 @@
 //! resident is planned in [`crate::residency::page_table`], whose page names the paper's tables; what the GPU
 //! does is in `gpu/page_table/`.
 //!
-//! The mesh and the heights are those of tile scheduling, the height tiles those on which pixels were seen.
+//! The mesh is that of tile scheduling. As the paper has it, the texture knows nothing of the geometry, and the
+//! geometry nothing of the texture: height tiles are chosen by the view frustum, since the level a texture is
+//! filtered to says little about how fine its ground must be. So nothing that comes back changes the ground in
+//! view, and a still camera comes to rest by itself.
 //!
 //! `texel_px` sets how large texels may be drawn: the levels of all footprints are log2 of it coarser. Where
 //! more pages are seen than there is room for, all are drawn so many eighths of a level coarser that they fit.
@@ -15,9 +18,9 @@ use std::time::{Duration, Instant};
 
 use glam::DVec2;
 
-use self::terrain::{PagedArrivals, PagedTerrain, tiles_of};
+use self::terrain::{PagedArrivals, PagedTerrain};
 use super::drawn_tiles::DrawnTiles;
-use super::region_state::{CoordinateState, RegionState};
+use super::region_state::CoordinateState;
 use super::{FrameContext, Moved, SceneState, TerrainMethod};
 use crate::CameraView;
 use crate::dataset::{ColourTile, TileSource};
@@ -30,8 +33,8 @@ use crate::gpu::{
 use crate::layer_loading::colour_format;
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::{LookupMethod, RendererSettings};
-use crate::residency::page_table::{PageRequest, PageUpload, SeenPages, coarsened, fitting};
-use crate::selection::{Selection, TileTree, select_listed};
+use crate::residency::page_table::{PageId, PageRequest, PageUpload, SeenPages, fitting};
+use crate::selection::{Selection, TileTree, select_by_frustum};
 use crate::terrain_renderer::RenderError;
 use crate::tiling::TileId;
 
@@ -49,8 +52,10 @@ pub(super) struct PageTable {
     selection: Selection,
     /// Eighths of a level that all pages are drawn coarser for them to fit.
     coarser_steps: i32,
-    /// The view and the latest image's frame that the choice was made for.
-    chosen: Option<(CameraView, u64)>,
+    /// The pages chosen, beside those that are always resident.
+    chosen_pages: Vec<PageId>,
+    /// The view that height tiles were chosen for, and the latest image's frame, if any, that pages were.
+    chosen: Option<(CameraView, Option<u64>)>,
     /// What the latest images were asked for, and how many.
     asked: Option<(CoordinateState, u32)>,
 }
@@ -87,6 +92,7 @@ impl PageTable {
             seen: SeenPages::default(),
             selection: Selection { tiles: vec![TileId::ROOT], ..Default::default() },
             coarser_steps: 0,
+            chosen_pages: Vec::new(),
             chosen: None,
             asked: None,
         })
@@ -121,31 +127,29 @@ impl TerrainMethod for PageTable {
         if back.is_cut_off {
             self.asked = None;
         }
-        let is_complete = self.terrain.missing() == 0;
-        let period = self.feedback.period();
         for image in back.images {
-            self.seen.take(image, period, is_complete, RegionState::grows);
+            self.seen.take(image, self.feedback.period());
         }
     }
 
-    /// Chooses pages and height tiles by what was asked for last.
+    /// Chooses pages by what was asked for last, and height tiles by the view.
     fn select(&mut self, cx: &mut FrameContext<'_>, view: &CameraView) -> f64 {
         if !self.wants_choice(cx.settings, view) {
             return 0.0;
         }
         let started = Instant::now();
         let config = cx.settings.selection_config();
+        self.selection = select_by_frustum(&self.terrain.tree, view, &config);
         let asked = self.seen.asked();
         let layout = self.terrain.pages.layout();
         let most_pages = config.max_tiles.saturating_sub(1);
         let serving = |page| self.terrain.serving(page);
         let (coarser_steps, pages) = fitting(layout, &asked, most_pages, serving);
-        let tiles = tiles_of(layout, coarsened(layout, &asked, coarser_steps));
-        self.selection = select_listed(&self.terrain.tree, tiles, view, &config);
         self.terrain.pages.request(&pages);
+        self.chosen_pages = pages;
         self.terrain.version += u64::from(coarser_steps != self.coarser_steps);
         self.coarser_steps = coarser_steps;
-        self.chosen = self.choice_for(view);
+        self.chosen = Some(self.choice_for(view));
         started.elapsed().as_secs_f64() * 1.0e3
     }
 
@@ -252,10 +256,12 @@ impl TerrainMethod for PageTable {
 
     fn describe(&self, _settings: &RendererSettings, record: &mut FrameRecord) {
         self.drawn.describe(record);
-        record.tiles_selected = self.selection.tiles.len() as u64;
+        let layout = self.terrain.pages.layout();
+        let finest = self.chosen_pages.first().map_or(layout.coarsest_level, |page| page.level);
+        record.tiles_selected = (self.chosen_pages.len() + layout.resident_pages().count()) as u64;
         record.tiles_missing = self.terrain.missing() as u64;
         record.tiles_resident = self.terrain.resident() as u64;
-        record.finest_level = self.selection.statistics.finest_level;
+        record.finest_level = layout.coarsest_level - finest;
         record.region_age_frames = self.image_age_frames(record.frame);
     }
 
@@ -282,7 +288,6 @@ impl TerrainMethod for PageTable {
 
     fn reconsider(&mut self) {
         self.chosen = None;
-        self.seen.reconsider();
     }
 
     fn take_failures(&mut self) -> Vec<String> {
@@ -378,18 +383,17 @@ impl PageTable {
     fn wants_image(&self, scene: &SceneState) -> bool {
         let period = self.feedback.period();
         let has_all = |(state, images)| state == self.image_state(scene) && images >= period;
-        !scene.settings.freeze_selection && !self.asked.is_some_and(has_all)
+        let needs_any = !scene.settings.freeze_selection && self.terrain.has_colours();
+        needs_any && !self.asked.is_some_and(has_all)
     }
 
     fn wants_choice(&self, settings: &RendererSettings, view: &CameraView) -> bool {
-        !settings.freeze_selection
-            && self.seen.latest().is_some()
-            && self.chosen != self.choice_for(view)
+        !settings.freeze_selection && self.chosen != Some(self.choice_for(view))
     }
 
-    /// What a choice for the view by the latest image is made for; `None` before the first.
-    fn choice_for(&self, view: &CameraView) -> Option<(CameraView, u64)> {
-        self.seen.latest().map(|(frame, _)| (*view, frame))
+    /// What a choice for the view by the latest image is made for.
+    fn choice_for(&self, view: &CameraView) -> (CameraView, Option<u64>) {
+        (*view, self.seen.latest().map(|(frame, _)| frame))
     }
 
     /// How many frames ago the latest image was drawn; 0 where the camera has not moved since.

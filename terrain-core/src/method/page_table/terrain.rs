@@ -11,7 +11,6 @@ use crate::measure::{ByteCause, FrameLedger};
 use crate::residency::page_table::{PageEntry, PageId, PageLayout, PageStream, PageUpload};
 use crate::residency::{LayerStream, OffsetTable, Placement, TileIntake};
 use crate::selection::{LayerTree, Selection, TileTree};
-use crate::tiling::TileId;
 
 /// The heights' stream and table, and the pages'.
 pub(super) struct PagedTerrain {
@@ -76,7 +75,7 @@ impl PagedTerrain {
     }
 
     /// The page that serves those who ask for this one: itself or, where it does not exist or cannot be had,
-    /// the finest coarser one that does.
+    /// the finest coarser one that does and can.
     pub fn serving(&self, page: PageId) -> PageId {
         let layout = self.pages.layout();
         let coarsest = layout.coarsest_level - page.level;
@@ -169,19 +168,11 @@ impl PagedTerrain {
     }
 }
 
-/// The imagery as a virtual texture. Its pages go as deep as either layer, since heights are chosen by them too;
-/// those finer than there is imagery are served by coarser ones.
+/// The imagery as a virtual texture; without imagery one of a single page.
 fn page_layout(tree: &TileTree) -> PageLayout {
-    let layout =
-        tree.colours.as_ref().map_or(tree.heights.layout, |layer: &LayerTree| layer.layout);
+    let layout = tree.colours.as_ref().map(|layer: &LayerTree| layer.layout);
+    let finest_level = layout.map_or(0, |layout| layout.finest_level());
+    let layout = layout.unwrap_or(tree.heights.layout);
     let sizes = (layout.tile_size_texels, layout.gutter_texels);
-    PageLayout::of_ground(&tree.scheme, &tree.data_extent, tree.finest_level(), sizes)
-}
-
-/// The tiles of pages.
-pub(super) fn tiles_of<'a>(
-    layout: &'a PageLayout,
-    pages: impl IntoIterator<Item = PageId> + 'a,
-) -> impl Iterator<Item = TileId> + 'a {
-    pages.into_iter().map(|page| layout.tile_of(page))
+    PageLayout::of_ground(&tree.scheme, &tree.data_extent, finest_level, sizes)
 }
