@@ -2,8 +2,8 @@
 // how it changes from pixel to pixel draws with these.
 // needs page_table.wgsl
 
-// A word a page: 0 where it is not there, else its slot and 1 in the low half, in the high half how many of
-// PARTS parts of it show.
+// A word a page: 0 where it is not there, else the column of its slot (8 bits), the row (8 bits) and how many of
+// PARTS parts of it show, 1 at least.
 @group(2) @binding(1) var<storage, read> page_entries: array<u32>;
 // A slot has two mips of its own.
 @group(2) @binding(2) var page_atlas: texture_2d<f32>;
@@ -11,6 +11,10 @@
 
 const PAGE_COARSEST_MIP: f32 = 2.0;
 const PARTS: f32 = 4.0;
+
+// Whether some pages may show in part only: a second sample for every tap. Fixed when the pipeline is built, since
+// software renderers run both sides of a branch.
+override FADES: bool = true;
 
 struct FoundPage {
     level: u32,
@@ -48,9 +52,8 @@ fn sample_page(found: FoundPage, place: TexturePlace, level: f32) -> vec4<f32> {
     let first = max(vec2<f32>(-margin), data_first);
     let end = max(min(vec2<f32>(size + margin), data_end), first);
     let inside = clamp(place_in_page(place, found.level, found.page), first, end);
-    let slot = max(found.word & 0xffffu, 1u) - 1u;
-    let slot_place = vec2<f32>(vec2<u32>(slot % pages.atlas_columns, slot / pages.atlas_columns));
-    let texel = slot_place * (size + 2.0 * gutter) + gutter + inside;
+    let slot = vec2<f32>(vec2<u32>(found.word & 0xffu, (found.word >> 8u) & 0xffu));
+    let texel = slot * (size + 2.0 * gutter) + gutter + inside;
     return textureSampleLevel(page_atlas, page_sampler, texel * pages.uv_per_texel, mip);
 }
 
@@ -59,6 +62,9 @@ fn sample_page(found: FoundPage, place: TexturePlace, level: f32) -> vec4<f32> {
 fn page_tap(place: TexturePlace, finest_level: u32, level: f32) -> vec4<f32> {
     let found = find_page(place, finest_level);
     let colour = sample_page(found, place, level);
+    if !FADES {
+        return colour;
+    }
     let part = f32(found.word >> 16u) / PARTS;
     if part >= 1.0 || found.level >= pages.coarsest_level {
         return colour;
@@ -74,7 +80,7 @@ fn page_colour(place: TexturePlace, footprint: PageFootprint) -> vec4<f32> {
     let finest_level = u32(clamp(wanted, 0.0, f32(pages.coarsest_level)));
     // Finer pages than a footprint needs do not show finer than it.
     let level = footprint.level + max(pages.lookup_bias, 0.0);
-    if footprint.taps == 1.0 {
+    if ANISOTROPY == 1u {
         return page_tap(place, finest_level, level);
     }
     var sum = vec4<f32>(0.0);

@@ -11,9 +11,7 @@ struct PageTable {
     coarsest_level: u32,
     // From this level on all pages are always resident.
     first_resident_level: u32,
-    // Slots across the atlas.
-    atlas_columns: u32,
-    padding: u32,
+    padding: vec2<u32>,
     // First texel of level 0 that holds data, and the one after the last.
     data_first: vec2<i32>,
     data_end: vec2<i32>,
@@ -57,8 +55,13 @@ fn place_at(st: vec2<f32>) -> TexturePlace {
 // The page of level 0 (column, row) that holds the place. Places beyond the texture belong to its outermost
 // pages, so that s = 1 and t = 1 have one.
 fn finest_page(place: TexturePlace) -> vec2<u32> {
-    let page = vec2<u32>(max(place.texel / i32(pages.tile_texels), vec2<i32>(0)));
-    return min(page, vec2<u32>(pages.columns, pages.rows) - 1u);
+    // A quotient in floats is one off at the most, which saves a division of integers: those are dear.
+    let texel = max(place.texel, vec2<i32>(0));
+    let tile = i32(pages.tile_texels);
+    var page = vec2<i32>(vec2<f32>(texel) / f32(tile));
+    page -= select(vec2<i32>(0), vec2<i32>(1), page * tile > texel);
+    page += select(vec2<i32>(0), vec2<i32>(1), (page + 1) * tile <= texel);
+    return min(vec2<u32>(page), vec2<u32>(pages.columns, pages.rows) - 1u);
 }
 
 // Texels of a level to one of level 0: exactly 2^-level.

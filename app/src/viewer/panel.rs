@@ -4,6 +4,7 @@ use egui::{Align2, Color32, Grid, RichText, Slider, SliderClamping, Ui};
 use glam::DVec3;
 use terrain_core::dataset::Manifest;
 use terrain_core::gpu::DebugImage;
+use terrain_core::residency::page_table::PageFeedback;
 use terrain_core::selection::{Strategy, Visibility};
 use terrain_core::{AntiAliasing, DebugView, RendererSettings};
 
@@ -115,6 +116,9 @@ impl Panel<'_> {
         let settings = &mut *self.settings;
         strategy_choice(ui, settings);
         visibility_choice(ui, settings);
+        if settings.strategy == Strategy::PageTable {
+            page_feedback_choice(ui, settings);
+        }
         cache_choice(ui, settings);
         let slots = (settings.cache_columns * settings.cache_rows) as usize;
         ui.add(Slider::new(&mut settings.max_tiles, 1..=slots).text("MaxofTiles"))
@@ -226,6 +230,16 @@ pub(super) fn visibility_choice(ui: &mut Ui, settings: &mut RendererSettings) {
             }
         },
     );
+}
+
+/// Lets the user choose how a page table learns what pixels need.
+fn page_feedback_choice(ui: &mut Ui, settings: &mut RendererSettings) {
+    let chosen = &mut settings.page_feedback;
+    egui::ComboBox::from_label("page feedback").selected_text(chosen.name()).show_ui(ui, |ui| {
+        for way in PageFeedback::ALL {
+            ui.selectable_value(chosen, way, way.name());
+        }
+    });
 }
 
 /// Lets the user choose the caches' size; as many tiles are then selected.

@@ -40,18 +40,21 @@ pub(crate) struct PageGroundPassSettings {
     /// Whether there is ground without data, which is then left out of the picture.
     pub has_voids: bool,
     pub anisotropy: u32,
+    /// Whether pages may show in part.
+    pub fades: bool,
     pub debug_view: DebugView,
 }
 
 impl PageGroundPassSettings {
     /// The values of the shader's `override` constants.
-    fn constants(&self) -> [(&'static str, f64); 6] {
+    fn constants(&self) -> [(&'static str, f64); 7] {
         [
             ("LINEAR_LOOKUP", flag(self.linear_lookup)),
             ("HAS_COLOURS", flag(self.has_colours)),
             ("HAS_VOIDS", flag(self.has_voids)),
             ("MULTISAMPLED", flag(self.target.samples > 1)),
             ("ANISOTROPY", f64::from(self.anisotropy)),
+            ("FADES", flag(self.fades)),
             ("DEBUG_VIEW", f64::from(self.debug_view.code())),
         ]
     }

@@ -2,7 +2,7 @@ use glam::Vec2;
 
 use crate::gpu::atlas::AtlasGrid;
 use crate::gpu::colour_atlas::ColourAtlas;
-use crate::residency::page_table::PageLayout;
+use crate::residency::page_table::{ChangedPage, PageLayout};
 
 /// Group 2 of every pass that draws with a virtual texture or asks for its pages: how the texture is cut, the
 /// page table's entries, and the atlas of its pages. Nothing of it depends on what is drawn.
@@ -11,6 +11,7 @@ pub(crate) struct PageBindings {
     pub group: wgpu::BindGroup,
     uniforms: wgpu::Buffer,
     entries: wgpu::Buffer,
+    atlas_columns: u32,
     written: Option<PageTableUniforms>,
 }
 
@@ -24,8 +25,7 @@ pub(crate) struct PageTableUniforms {
     pub gutter_texels: u32,
     pub coarsest_level: u32,
     pub first_resident_level: u32,
-    pub atlas_columns: u32,
-    pub padding: u32,
+    pub padding: [u32; 2],
     pub data_first: [i32; 2],
     pub data_end: [i32; 2],
     pub uv_per_texel: Vec2,
@@ -53,8 +53,7 @@ impl PageTableUniforms {
             gutter_texels: layout.gutter_texels,
             coarsest_level: u32::from(layout.coarsest_level),
             first_resident_level: u32::from(layout.first_resident_level()),
-            atlas_columns: grid.columns,
-            padding: 0,
+            padding: [0; 2],
             data_first: layout.data_first.to_array(),
             data_end: layout.data_end.to_array(),
             uv_per_texel: grid.uv_per_texel(),
@@ -107,7 +106,14 @@ impl PageBindings {
                 .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
                 .collect::<Vec<_>>(),
         });
-        Self { layout: group_layout, group, uniforms, entries, written: None }
+        Self {
+            layout: group_layout,
+            group,
+            uniforms,
+            entries,
+            atlas_columns: atlas.grid.columns,
+            written: None,
+        }
     }
 
     /// Writes the uniforms; returns the bytes sent, 0 where nothing changed.
@@ -120,14 +126,21 @@ impl PageBindings {
         size_of::<PageTableUniforms>() as u64
     }
 
-    /// Writes entries (address, word), in order of their addresses; returns the bytes sent.
-    pub fn set_entries(&self, queue: &wgpu::Queue, words: &[(u32, u32)]) -> u64 {
-        for run in words.chunk_by(|(before, _), (after, _)| before + 1 == *after) {
-            let run_words = run.iter().map(|(_, word)| *word).collect::<Vec<_>>();
-            let first = u64::from(run[0].0);
-            queue.write_buffer(&self.entries, 4 * first, bytemuck::cast_slice(&run_words));
+    /// Writes entries that have changed, in order of their addresses; returns the bytes sent.
+    pub fn set_entries(&self, queue: &wgpu::Queue, changed: &[ChangedPage]) -> u64 {
+        for run in changed.chunk_by(|before, after| before.address + 1 == after.address) {
+            let words = run.iter().map(|changed| self.word(changed)).collect::<Vec<_>>();
+            let first = u64::from(run[0].address);
+            queue.write_buffer(&self.entries, 4 * first, bytemuck::cast_slice(&words));
         }
-        4 * words.len() as u64
+        4 * changed.len() as u64
+    }
+
+    /// An entry as `common/page_colour.wgsl` explains it.
+    fn word(&self, changed: &ChangedPage) -> u32 {
+        let Some((slot, parts)) = changed.shown else { return 0 };
+        let columns = self.atlas_columns.max(1);
+        (slot % columns) | (slot / columns) << 8 | parts << 16
     }
 }
 

@@ -152,7 +152,7 @@ impl Stage {
         while is_settled && stream.is_fading() {
             stream.advance_fades();
         }
-        pages.set_entries(&gpu.queue, &stream.take_changed_words());
+        pages.set_entries(&gpu.queue, &stream.take_changed());
         pages.set_uniforms(&gpu.queue, &PageTableUniforms::new(&layout, &grid, [bias, bias]));
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let slots = uploads.iter().map(|upload| upload.slot).collect::<Vec<_>>();
@@ -319,7 +319,8 @@ fn places_levels_and_requests_are_the_same_on_both() {
         let there = |page: &PageId| matches!(stage.stream.on_gpu(*page), PageEntry::At(_));
         let page = pages.find(there).unwrap();
         assert_eq!(answer.found_level, u32::from(page.level), "the finest that is there");
-        let slot = PageEntry::At((answer.found_word & 0xffff) - 1);
+        let word = answer.found_word;
+        let slot = PageEntry::At((word & 0xff) + ATLAS_COLUMNS * (word >> 8 & 0xff));
         assert_eq!(stage.stream.on_gpu(page), slot, "{page:?}");
         let within = place.in_page(layout, page);
         assert!((Vec2::from(answer.in_page) - within).length() < 1.0e-3, "{answer:?}");

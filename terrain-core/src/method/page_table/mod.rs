@@ -46,7 +46,8 @@ pub(super) struct PageTable {
     ground: PageGroundGroup,
     feedback: PageFeedbackRing,
     request_pass: Option<(RequestPassKey, PageRequestPass)>,
-    pass: Option<(PageGroundPassSettings, PageGroundPass)>,
+    /// The picture's pass, as long as no page fades in and while one does.
+    passes: [Option<(PageGroundPassSettings, PageGroundPass)>; 2],
     seen: SeenPages,
     /// The height tiles chosen.
     selection: Selection,
@@ -88,7 +89,7 @@ impl PageTable {
             drawn,
             pages,
             request_pass: None,
-            pass: None,
+            passes: [None, None],
             seen: SeenPages::default(),
             selection: Selection { tiles: vec![TileId::ROOT], ..Default::default() },
             coarser_steps: 0,
@@ -166,9 +167,9 @@ impl TerrainMethod for PageTable {
             self.chosen = None;
         }
         let moved = self.upload(cx, encoder, &arrivals);
-        let words = self.terrain.pages.take_changed_words();
-        self.terrain.version += u64::from(!words.is_empty());
-        cx.ledger.add(ByteCause::Table, self.pages.set_entries(&cx.gpu.queue, &words));
+        let changed = self.terrain.pages.take_changed();
+        self.terrain.version += u64::from(!changed.is_empty());
+        cx.ledger.add(ByteCause::Table, self.pages.set_entries(&cx.gpu.queue, &changed));
         self.terrain.ground.keep(arrivals.heights);
         moved
     }
@@ -230,6 +231,7 @@ impl TerrainMethod for PageTable {
         target: TargetKind,
         scene: &SceneState,
     ) -> &FrameGroup {
+        let fades = self.terrain.pages.is_fading();
         let settings = PageGroundPassSettings {
             target,
             linear_lookup: scene.settings.lookup == LookupMethod::Linear,
@@ -237,16 +239,17 @@ impl TerrainMethod for PageTable {
             has_colours: self.terrain.has_colours(),
             has_voids: self.drawn.has_voids,
             anisotropy: scene.settings.anisotropy,
+            fades,
             debug_view: scene.settings.debug_view,
         };
-        let ground_pass = match self.pass.take() {
+        let ground_pass = match self.passes[usize::from(fades)].take() {
             Some((built_for, pass)) if built_for == settings => pass,
             _ => PageGroundPass::new(&cx.gpu.device, self.ground_bindings(), &settings),
         };
         if let Some(mesh) = self.drawn.meshes.picture() {
             ground_pass.draw(pass, self.ground_bindings(), mesh.parts(), mesh.visible());
         }
-        self.pass = Some((settings, ground_pass));
+        self.passes[usize::from(fades)] = Some((settings, ground_pass));
         &self.drawn.bindings.frame
     }
 

@@ -18,7 +18,7 @@ mod texture_place;
 pub use page_feedback::{PageFeedback, UnknownPageFeedback};
 pub use page_layout::{PageId, PageLayout};
 pub use page_request::{PageRequest, PagesAsked, coarsened, fitting, unite};
-pub use page_stream::{PageEntry, PageStream, PageUpload};
+pub use page_stream::{ChangedPage, PageEntry, PageStream, PageUpload};
 pub(crate) use seen_pages::{PageImage, SeenPages};
 pub use texture_place::{Footprint, TexturePlace};
 

@@ -56,6 +56,15 @@ pub enum PageEntry {
     Failed,
 }
 
+/// An entry of H1 as who draws sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ChangedPage {
+    /// The page's place in a table over all pages.
+    pub address: u32,
+    /// Its slot and how many of 4 parts of it show, 1 at least; `None` where it is not there.
+    pub shown: Option<(u32, u32)>,
+}
+
 /// A page to bring to the GPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PageUpload {
@@ -249,15 +258,17 @@ impl<T> PageStream<T> {
         self.fades.is_fading()
     }
 
-    /// The words of H1 on the GPU that have changed since the last call, by address. 0: the page is not
-    /// there. Else its slot and 1 in the low half, and in the high half how many of 4 parts of it show.
-    pub fn take_changed_words(&mut self) -> Vec<(u32, u32)> {
+    /// What of H1 matters to who draws and has changed since the last call, by address.
+    pub fn take_changed(&mut self) -> Vec<ChangedPage> {
         let changed = std::mem::take(&mut self.changed);
-        let word = |page: PageId| match self.on_gpu(page) {
-            PageEntry::At(slot) => (slot + 1) | (self.fades.part(page) << 16),
-            _ => 0,
+        let shown = |page: PageId| match self.on_gpu(page) {
+            PageEntry::At(slot) => Some((slot, self.fades.part(page))),
+            _ => None,
         };
-        changed.into_iter().map(|page| (self.layout.address(page), word(page))).collect()
+        let changed = changed.into_iter();
+        changed
+            .map(|page| ChangedPage { address: self.layout.address(page), shown: shown(page) })
+            .collect()
     }
 
     fn set_on_gpu(&mut self, page: PageId, entry: PageEntry) {

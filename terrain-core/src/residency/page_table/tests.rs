@@ -100,17 +100,17 @@ fn oldest(held: &BTreeMap<PageId, u64>, now: u64, keep: Option<PageId>) -> BTree
 struct Pair {
     stream: PageStream<PageId>,
     model: Model,
-    /// The words as a GPU has them.
-    words: Vec<u32>,
+    /// The slots as a GPU knows them.
+    known: Vec<Option<u32>>,
 }
 
 impl Pair {
     fn new() -> Self {
         let stream = PageStream::new(layout(), GPU_SLOTS, MEMORY_SLOTS);
-        let words = vec![0; layout().page_count() as usize];
+        let known = vec![None; layout().page_count() as usize];
         let mut model = Model::default();
         model.request(&[]);
-        Self { stream, model, words }
+        Self { stream, model, known }
     }
 
     fn apply(&mut self, event: &Event) {
@@ -144,8 +144,9 @@ impl Pair {
                 self.model.under_way.push(page);
             }
         }
-        for (address, word) in self.stream.take_changed_words() {
-            self.words[address as usize] = word;
+        for ChangedPage { address, shown } in self.stream.take_changed() {
+            assert!(shown.is_none_or(|(_, parts)| (1..=4).contains(&parts)));
+            self.known[address as usize] = shown.map(|(slot, _)| slot);
         }
         self.stream.advance_fades();
     }
@@ -201,7 +202,7 @@ impl Pair {
 
     /// Both tell the same of every page.
     fn check(&self) {
-        let Self { stream, model, words } = self;
+        let Self { stream, model, known } = self;
         let slots = stream.pages_on_gpu().collect::<Vec<_>>();
         assert!(slots.len() <= GPU_SLOTS as usize);
         assert!(model.memory.len() <= MEMORY_SLOTS as usize);
@@ -224,8 +225,7 @@ impl Pair {
                 PageEntry::Queued => to_load.push(page),
                 PageEntry::Absent => assert!(!model.is_to_load(&page), "{page:?} is lost"),
             }
-            let word = words[layout().address(page) as usize];
-            let shown = (word & 0xffff).checked_sub(1).map(PageEntry::At);
+            let shown = known[layout().address(page) as usize].map(PageEntry::At);
             let is_there = matches!(k1, PageEntry::At(_));
             assert_eq!(shown, is_there.then_some(k1), "the GPU's table");
         }
