@@ -122,7 +122,9 @@ fn benches(sources: &[Arc<AnalyticSource>; 2], strategy: Strategy) -> Option<[Be
 #[test]
 fn over_the_same_ground_a_frame_costs_the_same_but_for_an_ancestor_a_level() {
     let sources = [0, EXTRA_LEVELS].map(|extra| sources().source(extra));
-    for strategy in [Strategy::RttQuadtree, Strategy::RttQuadtreeGpu, Strategy::CpuFrustum] {
+    for strategy in
+        [Strategy::RttQuadtree, Strategy::RttQuadtreeGpu, Strategy::CpuFrustum, Strategy::PageTable]
+    {
         let Some([mut small, mut large]) = benches(&sources, strategy) else { return };
         let mut costs = Costs::default();
         for (frame, view) in flight(-55.0).enumerate() {

@@ -29,7 +29,7 @@ fn where_tiles_and_region_feed_each_other_the_camera_still_comes_to_rest() {
     let mut request = PrepareRequest::new(vec![data.join("dem.tif")], Vec::new(), out.clone());
     request.epsg = Some(3395);
     prepare(&request, &NoProgress, &AtomicBool::new(false)).unwrap();
-    for strategy in [Strategy::RttQuadtree, Strategy::RttQuadtreeGpu] {
+    for strategy in [Strategy::RttQuadtree, Strategy::RttQuadtreeGpu, Strategy::PageTable] {
         comes_to_rest(&gpu, strategy, &data, &out);
     }
 }

@@ -20,8 +20,8 @@ use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
 use terrain_tests::{AnalyticSource, Picture, RasterFixture, Surface, gpu};
 
 /// One strategy of each way to bring ground to the GPU and to draw it.
-const STRATEGIES: [Strategy; 3] =
-    [Strategy::RttQuadtree, Strategy::RttQuadtreeGpu, Strategy::Clipmap];
+const STRATEGIES: [Strategy; 4] =
+    [Strategy::RttQuadtree, Strategy::RttQuadtreeGpu, Strategy::Clipmap, Strategy::PageTable];
 
 fn settings_of(strategy: Strategy) -> RendererSettings {
     RendererSettings { strategy, ..Default::default() }
