@@ -16,26 +16,12 @@ use terrain_core::measure::FrameRecord;
 use terrain_core::selection::{SelectionConfig, Strategy, TileTree, select_by_frustum};
 use terrain_core::tiling::TileId;
 use terrain_core::{CameraView, RendererSettings};
-use terrain_tests::{AnalyticSource, Bench, NestedSources, Surface};
+use terrain_tests::{AnalyticSource, Bench, NestedSources};
 
 const SIZE_PX: [u32; 2] = [320, 180];
 /// 2^18 instead of 2^13 texels.
 const EXTRA_LEVELS: u8 = 5;
-fn sources() -> NestedSources {
-    NestedSources { surface: mountains, tile_sizes_texels: [128, 128] }
-}
-
-fn mountains() -> Surface {
-    Surface {
-        height_m: |p| {
-            900.0 * (p.x / 4000.0).sin() * (p.y / 5000.0).cos() + 200.0 * (p.x / 900.0).sin()
-        },
-        colour: |p| {
-            let waves = (p.x / 37.0).sin() * (p.y / 53.0).cos();
-            [(140.0 + 40.0 * waves) as u8, 130, (90.0 - 30.0 * waves) as u8]
-        },
-    }
-}
+const SOURCES: NestedSources = NestedSources { tile_sizes_texels: [128, 128] };
 
 /// Frames of a straight flight, 60 m a frame, that keeps within a quarter of the smaller source: at its
 /// middle lines its own level 0 comes and goes as a tile of the larger one.
@@ -114,14 +100,14 @@ impl Costs {
 /// A renderer of each source; `None` where there is no GPU.
 fn benches(sources: &[Arc<AnalyticSource>; 2], strategy: Strategy) -> Option<[Bench; 2]> {
     let bench = |source: &Arc<AnalyticSource>| {
-        Bench::new(Arc::clone(source) as _, settings(strategy), SIZE_PX).unwrap()
+        Bench::new(Arc::clone(source) as _, settings(strategy)).unwrap()
     };
     Some([bench(&sources[0])?, bench(&sources[1])?])
 }
 
 #[test]
 fn over_the_same_ground_a_frame_costs_the_same_but_for_an_ancestor_a_level() {
-    let sources = [0, EXTRA_LEVELS].map(|extra| sources().source(extra));
+    let sources = [0, EXTRA_LEVELS].map(|extra| SOURCES.source(extra));
     for strategy in [Strategy::RttQuadtree, Strategy::RttQuadtreeGpu, Strategy::CpuFrustum] {
         let Some([mut small, mut large]) = benches(&sources, strategy) else { return };
         let mut costs = Costs::default();
@@ -145,7 +131,7 @@ fn over_the_same_ground_a_frame_costs_the_same_but_for_an_ancestor_a_level() {
 /// ground round the view. They are sent once, with the first frame.
 #[test]
 fn a_mesh_of_all_the_data_has_more_triangles_and_moves_the_same_bytes() {
-    let sources = [0, EXTRA_LEVELS].map(|extra| sources().source(extra));
+    let sources = [0, EXTRA_LEVELS].map(|extra| SOURCES.source(extra));
     let strategy = Strategy::CpuMesh;
     let Some([mut small, mut large]) = benches(&sources, strategy) else { return };
     let mut costs = Costs::default();
@@ -162,9 +148,9 @@ fn a_mesh_of_all_the_data_has_more_triangles_and_moves_the_same_bytes() {
 #[test]
 fn ranges_of_larger_tiles_split_more() {
     // As many levels as a dataset keeps the ranges of, and all but the finest.
-    let few = sources().source_without_ranges(EXTRA_LEVELS);
+    let few = SOURCES.source_without_ranges(EXTRA_LEVELS);
     let few = few.with_height_ranges(HeightRanges::MAX_LEVELS);
-    let trees = [TileTree::of_source(&few), TileTree::of_source(&*sources().source(EXTRA_LEVELS))];
+    let trees = [TileTree::of_source(&few), TileTree::of_source(&*SOURCES.source(EXTRA_LEVELS))];
     let config = SelectionConfig { max_tiles: 4_096, ..Default::default() };
     let tiles = trees.map(|tree| {
         let lists = flight(-55.0).map(|view| select_by_frustum(&tree, &view, &config));
@@ -176,11 +162,10 @@ fn ranges_of_larger_tiles_split_more() {
 
 #[test]
 fn towards_the_horizon_a_list_without_limit_grows_by_the_levels_and_not_by_the_size() {
-    let sources = sources();
     let config = SelectionConfig { max_tiles: 4_096, ..Default::default() };
     let counts: Vec<usize> = (0..=EXTRA_LEVELS)
         .map(|extra_levels| {
-            let tree = TileTree::of_source(&*sources.source(extra_levels));
+            let tree = TileTree::of_source(&*SOURCES.source(extra_levels));
             let lists = flight(-10.0).map(|view| select_by_frustum(&tree, &view, &config));
             lists.map(|list| list.tiles.len()).max().unwrap_or(0)
         })
