@@ -117,9 +117,9 @@ pub fn where_tiles_and_view_feed_each_other_the_camera_still_comes_to_rest(
             println!("{slots} x {slots} slots: {} tiles for a view", record.tiles_new);
             let by_what_was_seen =
                 strategy.implementation().is_some_and(|choice| choice.needs_region());
-            // Some 750 where the choice changes before all tiles of the one before have come: it may do so
-            // for 256 images. Without a bound there were 4,000 before the wait was given up.
-            assert!(!by_what_was_seen || record.tiles_new < 1_500, "{record:?}");
+            // 50 on the CPU. On the GPU the choice changes before all tiles of the one before have come, for
+            // 256 images: 1,800. Without a bound there were 4,000 to 12,000 before the wait was given up.
+            assert!(!by_what_was_seen || record.tiles_new < 2_500, "{record:?}");
         }
     }
 }
