@@ -10,6 +10,7 @@ mod raster_fixture;
 mod reluctant_source;
 mod remembering;
 mod ridges;
+mod tiled_tiff;
 
 pub use analytic_source::{AnalyticSource, Surface};
 pub use bench::Bench;
