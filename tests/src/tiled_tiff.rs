@@ -10,15 +10,17 @@ use crate::RasterFixture;
 /// Columns and rows of a tile.
 const TILE: [usize; 2] = [32, 48];
 
+/// The number of a predictor, and what it makes of a row of a tile.
+type Predictor<const BYTES: usize> = (u16, fn(&[[u8; BYTES]]) -> Vec<u8>);
+
 /// How the cells of a tiled TIFF of `BYTES` bytes each are stored.
 pub(crate) struct TileForm<const BYTES: usize> {
     /// Bits of each sample of a cell.
     pub bits: &'static [u16],
     /// SampleFormat: 1 unsigned, 2 signed, 3 floating point.
     pub sample_format: u16,
-    /// The number of the predictor, and what it makes of a row of a tile: where there is one, tiles are
-    /// deflated.
-    pub predictor: Option<(u16, fn(&[[u8; BYTES]]) -> Vec<u8>)>,
+    /// Where there is one, tiles are deflated.
+    pub predictor: Option<Predictor<BYTES>>,
 }
 
 impl RasterFixture {

@@ -85,12 +85,12 @@ impl GpuTileScheduling {
         let format = colour_format(&**source, cx.gpu.has_block_compression());
         let mut drawn = DrawnTiles::new(cx, source, &tree, format)?;
         let (size_px, region) = (cx.settings.coordinate_size_px, CoordinatePass::REGION_FORMAT);
-        let coordinate_pass = CoordinatePass::new(device, &drawn.bindings, region, size_px);
+        let coordinate_pass = CoordinatePass::new(device, &drawn.tiles.bindings, region, size_px);
         let image = &coordinate_pass.target;
         let tile_selection = TileSelection::new(device, &tree, image, slot_count as usize);
-        let selected = tile_selection.selected();
-        let management = TileManagement::new(device, &tree, &mut drawn.cache, selected);
-        drawn.bindings.rebind(device, &drawn.cache.table);
+        let inputs = (tile_selection.selected(), tile_selection.tile_runs());
+        let management = TileManagement::new(device, &tree, &mut drawn.tiles.cache, inputs);
+        drawn.tiles.bindings.rebind(device, &drawn.tiles.cache.table);
         let intakes = open_intakes(source, format, cx.ledger)?;
         Ok(Self {
             terrain: SlotTerrain::new(intakes, slot_count),
@@ -181,8 +181,8 @@ impl TerrainMethod for GpuTileScheduling {
         let clearance_m = self.terrain.ground.clearance_m(&self.tree, view.eye, exaggeration);
         let scale_m = mesh_scale_m(&self.tree, clearance_m);
         if self.placed != Some(*scene) {
-            let uniforms = self.drawn.uniforms(&self.tree, scene, scale_m);
-            self.drawn.set_uniforms(cx, &uniforms);
+            let uniforms = self.drawn.tiles.uniforms(&self.tree, scene, scale_m);
+            self.drawn.tiles.set_uniforms(cx, &uniforms);
             self.place(cx, encoder, view.eye.truncate());
             self.placed = Some(*scene);
         }
@@ -204,7 +204,12 @@ impl TerrainMethod for GpuTileScheduling {
         }
         self.drawn.displace(encoder, [false, true]);
         let Some(mesh) = self.drawn.meshes.coordinates() else { return false };
-        self.coordinate_pass.record(encoder, &self.drawn.bindings, mesh.parts(), mesh.visible());
+        self.coordinate_pass.record(
+            encoder,
+            &self.drawn.tiles.bindings,
+            mesh.parts(),
+            mesh.visible(),
+        );
         let (when, is_of_all) = ((cx.frame, scene.view), self.terrain.missing() == 0);
         let region = SeenView::after(self.region.as_ref(), when, is_of_all);
         self.tile_selection.see(encoder, region.grows());
@@ -336,7 +341,7 @@ impl GpuTileScheduling {
         let sent = self.management.place(&cx.gpu.queue, &mut pass, eye);
         drop(pass);
         cx.ledger.add(ByteCause::Uniform, sent);
-        self.management.copy_ranges(encoder, &self.drawn.bindings.frame);
+        self.management.copy_ranges(encoder, &self.drawn.tiles.bindings.frame);
     }
 
     fn coordinate_state(&self, scene: &SceneState) -> CoordinateState {

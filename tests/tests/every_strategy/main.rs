@@ -24,7 +24,7 @@ cases! {
 
     same_picture::ten_thousand_kilometres_away_it_is_the_same {}
     same_picture::it_does_not_depend_on_the_way_there {
-        CpuMesh: "its triangles are kept while they are no finer than 0.6 of the error that cuts them",
+        CpuMesh: "triangles are joined only below 0.6 of the error they are cut at: some of the way stay",
     }
     same_picture::both_lookups_draw_the_same {
         Clipmap: "where a window holds a place follows by arithmetic, without a lookup",

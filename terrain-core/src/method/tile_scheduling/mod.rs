@@ -55,7 +55,7 @@ impl TileScheduling {
         let drawn = DrawnTiles::new(cx, source, &tree, format)?;
         let terrain = ResidentTerrain::open(source, tree, format, slots, cx.ledger)?;
         Ok(Self {
-            feedback: CoordinateFeedback::new(&gpu.device, &drawn.bindings, settings),
+            feedback: CoordinateFeedback::new(&gpu.device, &drawn.tiles.bindings, settings),
             terrain,
             drawn,
             asked: None,
@@ -138,7 +138,9 @@ impl TerrainMethod for TileScheduling {
         scene: &SceneState,
     ) {
         let scale_m = mesh_scale_m(&self.terrain.tree, self.clearance_m(scene));
-        self.set_uniforms(cx, scene, scale_m);
+        let Self { terrain, drawn, .. } = self;
+        let tables = (&terrain.height_table, terrain.colour_table.as_ref());
+        drawn.tiles.show(cx, &terrain.tree, (scene, scale_m), tables);
         let has_coordinates = strategy(&scene.settings).needs_region();
         let scale = (scale_m, has_coordinates);
         self.drawn.set_meshes(cx, encoder, &self.terrain.tree, scene, scale);
@@ -156,7 +158,7 @@ impl TerrainMethod for TileScheduling {
         }
         self.drawn.displace(encoder, [false, true]);
         let Some(mesh) = self.drawn.meshes.coordinates() else { return false };
-        self.asked = self.feedback.record(encoder, &self.drawn.bindings, mesh);
+        self.asked = self.feedback.record(encoder, &self.drawn.tiles.bindings, mesh);
         if self.asked.is_some() {
             self.coordinates = Some(self.coordinate_state(scene));
         }
@@ -241,21 +243,6 @@ impl TerrainMethod for TileScheduling {
 }
 
 impl TileScheduling {
-    /// Brings tables and uniforms to the GPU.
-    fn set_uniforms(&mut self, cx: &mut FrameContext<'_>, scene: &SceneState, scale_m: f64) {
-        let Self { terrain, drawn, .. } = self;
-        let eye = scene.view.eye.truncate();
-        let (heights, colours) = (&terrain.height_table, terrain.colour_table.as_ref());
-        let tables = drawn.cache.update_tables(cx.gpu, &terrain.tree, eye, heights, colours);
-        cx.ledger.add(ByteCause::Table, tables.sent_bytes);
-        if tables.grew {
-            drawn.bindings.rebind(&cx.gpu.device, &drawn.cache.table);
-        }
-        let mut uniforms = drawn.uniforms(&terrain.tree, scene, scale_m);
-        [uniforms.height_table, uniforms.colour_table] = tables.ranges;
-        drawn.set_uniforms(cx, &uniforms);
-    }
-
     fn coordinate_state(&self, scene: &SceneState) -> CoordinateState {
         let SceneState { view, settings, .. } = *scene;
         CoordinateState { view, uploads: self.terrain.uploads, settings }
