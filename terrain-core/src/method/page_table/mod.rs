@@ -81,7 +81,7 @@ impl PageTable {
         let drawn = DrawnTiles::new(cx, source, &tree, format)?;
         let terrain = PagedTerrain::open(source, tree, format, slots, cx.ledger)?;
         let layout = terrain.pages.layout();
-        let pages = PageBindings::new(&gpu.device, layout, &drawn.cache.colours);
+        let pages = PageBindings::new(&gpu.device, layout, &drawn.tiles.cache.colours);
         Ok(Self {
             feedback: PageFeedbackRing::new(&gpu.device, layout, &pages, settings),
             ground: PageGroundGroup::new(&gpu.device),
@@ -187,7 +187,10 @@ impl TerrainMethod for PageTable {
         let exaggeration = scene.settings.vertical_exaggeration;
         let PagedTerrain { ground, tree, .. } = &self.terrain;
         let scale_m = mesh_scale_m(tree, ground.clearance_m(tree, scene.view.eye, exaggeration));
-        self.set_uniforms(cx, scene, scale_m);
+        let tables = (&self.terrain.height_table, None);
+        self.drawn.tiles.show(cx, tree, (scene, scale_m), tables);
+        let sent = self.set_page_uniforms(cx.gpu, scene);
+        cx.ledger.add(ByteCause::Uniform, sent);
         // The image of the requests is drawn with the picture's own mesh.
         let scale = (scale_m, false);
         self.drawn.set_meshes(cx, encoder, &self.terrain.tree, scene, scale);
@@ -210,7 +213,7 @@ impl TerrainMethod for PageTable {
         };
         let Self { drawn, pages, ground, feedback, .. } = self;
         let Some(mesh) = drawn.meshes.picture() else { return false };
-        let bindings = PageGroundBindings { frame: &drawn.bindings, pages, ground };
+        let bindings = PageGroundBindings { frame: &drawn.tiles.bindings, pages, ground };
         let gpu = (&cx.gpu.device, &cx.gpu.queue);
         let bytes = feedback.record(gpu, encoder, scene.view.viewport_px, pages, |pass| {
             request_pass.draw(pass, bindings, mesh.parts(), mesh.visible());
@@ -250,7 +253,7 @@ impl TerrainMethod for PageTable {
             ground_pass.draw(pass, self.ground_bindings(), mesh.parts(), mesh.visible());
         }
         self.passes[usize::from(fades)] = Some((settings, ground_pass));
-        &self.drawn.bindings.frame
+        &self.drawn.tiles.bindings.frame
     }
 
     fn after_submit(&mut self, frame: u64, view: &CameraView) {
@@ -317,7 +320,7 @@ impl TerrainMethod for PageTable {
 impl PageTable {
     fn ground_bindings(&self) -> PageGroundBindings<'_> {
         let Self { drawn, pages, ground, .. } = self;
-        PageGroundBindings { frame: &drawn.bindings, pages, ground }
+        PageGroundBindings { frame: &drawn.tiles.bindings, pages, ground }
     }
 
     fn request_pass_key(&self, settings: &RendererSettings) -> RequestPassKey {
@@ -333,36 +336,12 @@ impl PageTable {
         arrivals: &PagedArrivals,
     ) -> Moved {
         let PagedTerrain { tree, pages, .. } = &self.terrain;
-        let moved = self.drawn.upload_heights(cx, encoder, tree, &arrivals.heights);
+        self.drawn.tiles.send_heights(cx, encoder, tree, &arrivals.heights);
         let content = |upload: PageUpload| Some((upload.slot, pages.payload(upload.page)?));
         let tiles: Vec<(u32, &ColourTile)> =
             arrivals.pages.iter().copied().filter_map(content).collect();
-        let sent = self.drawn.cache.upload_colours(cx.gpu, encoder, &tiles);
-        cx.ledger.add(ByteCause::Dom, sent);
-        if let Some(colours) = &tree.colours {
-            cx.ledger.add_texels(ByteCause::Dom, colours.layout.stored_texels(tiles.len()));
-        }
-        let evicted = arrivals.pages.iter().filter(|upload| upload.evicted.is_some()).count();
-        Moved { new: moved.new + tiles.len() as u64, evicted: moved.evicted + evicted as u64 }
-    }
-
-    /// Brings tables and uniforms to the GPU.
-    fn set_uniforms(&mut self, cx: &mut FrameContext<'_>, scene: &SceneState, scale_m: f64) {
-        let Self { terrain, drawn, .. } = self;
-        let (gpu, tree) = (cx.gpu, &terrain.tree);
-        let eye = scene.view.eye.truncate();
-        let tables = drawn.cache.update_tables(gpu, tree, eye, &terrain.height_table, None);
-        cx.ledger.add(ByteCause::Table, tables.sent_bytes);
-        if tables.grew {
-            drawn.bindings.rebind(&gpu.device, &drawn.cache.table);
-        }
-        let mut uniforms = drawn.uniforms(tree, scene, scale_m);
-        [uniforms.height_table, uniforms.colour_table] = tables.ranges;
-        // There are no colour tiles to look up.
-        uniforms.has_colours = 0;
-        drawn.set_uniforms(cx, &uniforms);
-        let sent = self.set_page_uniforms(gpu, scene);
-        cx.ledger.add(ByteCause::Uniform, sent);
+        self.drawn.tiles.send_colours(cx, encoder, tree, &tiles);
+        Moved { new: arrivals.count(), evicted: arrivals.evicted() }
     }
 
     /// Brings the page table's parameters to the GPU; returns the bytes.
@@ -372,7 +351,7 @@ impl PageTable {
         let request_bias = scene.settings.texel_px.log2() as f32;
         let lookup_bias = request_bias + *coarser_steps as f32 / PageRequest::STEPS as f32;
         let biases = [request_bias, lookup_bias];
-        let table = PageTableUniforms::new(layout, &drawn.cache.colours.grid, biases);
+        let table = PageTableUniforms::new(layout, &drawn.tiles.cache.colours.grid, biases);
         let place = PageGround::new(layout, &terrain.tree.scheme, scene.view.eye);
         pages.set_uniforms(&gpu.queue, &table) + ground.set(&gpu.queue, &place)
     }

@@ -37,6 +37,20 @@ pub(super) struct PagedArrivals {
     pub pages: Vec<PageUpload>,
 }
 
+impl PagedArrivals {
+    /// Tiles and pages.
+    pub fn count(&self) -> u64 {
+        (self.heights.len() + self.pages.len()) as u64
+    }
+
+    /// Tiles and pages that made way.
+    pub fn evicted(&self) -> u64 {
+        let tiles = self.heights.iter().filter(|(placement, _)| placement.evicted.is_some());
+        let pages = self.pages.iter().filter(|upload| upload.evicted.is_some());
+        (tiles.count() + pages.count()) as u64
+    }
+}
+
 impl PagedTerrain {
     /// Pages that memory holds for each that the GPU does (N2 to N1).
     const MEMORY_TO_GPU: u32 = 2;
