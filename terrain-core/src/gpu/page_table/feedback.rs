@@ -14,7 +14,7 @@ pub(crate) struct PageFeedbackRing {
     latency_frames: u32,
     gather: GatherPagesPass,
     /// What depends on the size of the frame; `None` before the first.
-    sized: Option<Sized>,
+    sized: Option<OfSize>,
     /// Pages of the list that the next copy takes along.
     listed: u32,
     /// The copy recorded in this frame, until it is submitted.
@@ -22,7 +22,7 @@ pub(crate) struct PageFeedbackRing {
     turns: u64,
 }
 
-struct Sized {
+struct OfSize {
     image: RequestImage,
     sample: Option<SamplePagesPass>,
     ring: ReadbackRing<Ticket>,
@@ -103,9 +103,9 @@ impl PageFeedbackRing {
         let sized = match self.sized.take() {
             Some(sized) if sized.image.size_px() == size_px => sized,
             // What is on its way from images of another size is let go.
-            _ => Sized::new(device, way, size_px, buffers),
+            _ => OfSize::new(device, way, size_px, buffers),
         };
-        let Sized { image, sample, ring } = self.sized.insert(sized);
+        let OfSize { image, sample, ring } = self.sized.insert(sized);
         if !ring.has_free() {
             return None;
         }
@@ -116,7 +116,7 @@ impl PageFeedbackRing {
                 bytes = sample.record((device, queue), encoder, image, self.turns, buffer);
             }),
             (PageFeedback::Full, _) => {
-                bytes = Sized::full_bytes(size_px);
+                bytes = OfSize::full_bytes(size_px);
                 ring.record(encoder, &image.texture)
             }
             _ => {
@@ -170,7 +170,7 @@ impl PageFeedbackRing {
     }
 }
 
-impl Sized {
+impl OfSize {
     fn new(device: &wgpu::Device, way: PageFeedback, size_px: [u32; 2], buffers: u32) -> Self {
         let sample = (way == PageFeedback::Jittered).then(|| SamplePagesPass::new(device, size_px));
         let ring = match (&sample, way) {
