@@ -78,8 +78,8 @@ fn page_tap(place: TexturePlace, finest_level: u32, level: f32) -> vec4<f32> {
 fn page_colour(place: TexturePlace, footprint: PageFootprint) -> vec4<f32> {
     let wanted = floor(footprint.level + pages.lookup_bias);
     let finest_level = u32(clamp(wanted, 0.0, f32(pages.coarsest_level)));
-    // Finer pages than a footprint needs do not show finer than it.
-    let level = footprint.level + max(pages.lookup_bias, 0.0);
+    // Whatever the page, it is filtered to the footprint: a coarser one than that asks for shows as sharp as it is.
+    let level = footprint.level;
     if ANISOTROPY == 1u {
         return page_tap(place, finest_level, level);
     }

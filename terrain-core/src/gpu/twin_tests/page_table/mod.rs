@@ -232,7 +232,7 @@ impl Stage {
                 (wanted.min(coarsest)..=coarsest).map(|level| place.page(&self.layout, level));
             let page = pages.find(|page| matches!(self.stream.on_gpu(*page), PageEntry::At(_)));
             let texel = place.texel.as_dvec2() + place.part.as_dvec2();
-            let colour = trilinear(page.unwrap().level, answer.level + bias.max(0.0), texel);
+            let colour = trilinear(page.unwrap().level, answer.level, texel);
             sum = [0, 1, 2].map(|i| sum[i] + colour[i] / f64::from(taps));
         }
         sum
