@@ -23,8 +23,9 @@ pub struct BreaklinePoint {
 /// A place on a breakline: how far along its piece (0 to 1), and where in samples.
 pub type LinePlace = (f64, DVec2);
 
-/// The parts of a piece that lie on ground that holds data, each from end to end. Ends on the border of
-/// that ground lie exactly on its row or column of samples.
+/// The parts of a piece that lie on ground that holds data, each from end to end, cut where they pass
+/// through samples. Ends on the border of that ground lie exactly on its row or column of samples: a line that
+/// misses a sample or the border by rounding would make triangles without area.
 pub fn ground_parts(grid: &SampleGrid<'_>, from: DVec2, to: DVec2) -> Vec<[LinePlace; 2]> {
     let max = dvec2((grid.columns - 1) as f64, (grid.rows - 1) as f64);
     let Some([enter, leave]) = part_within(from, to, DVec2::ZERO, max) else { return Vec::new() };
@@ -40,7 +41,8 @@ pub fn ground_parts(grid: &SampleGrid<'_>, from: DVec2, to: DVec2) -> Vec<[LineP
             let mut place = from.lerp(to, part);
             place[axis] = line as f64;
             let place = snapped(place).clamp(DVec2::ZERO, max);
-            if is_on_border(grid, place) {
+            let is_sample = place == place.round();
+            if is_sample || is_on_border(grid, place) {
                 places.push((part, place));
             }
         }
@@ -60,8 +62,7 @@ fn is_on_border(grid: &SampleGrid<'_>, place: DVec2) -> bool {
     [is_held(1, 0), is_held(0, 1), is_held(1, 1)].iter().any(|held| *held != first)
 }
 
-/// A place as close to a row or column of samples as rounding may bring it lies on it: a vertex just
-/// beside the border would make a triangle without area.
+/// A place as close to a row or column of samples as rounding may bring it lies on it.
 fn snapped(place: DVec2) -> DVec2 {
     const SNAP: f64 = 1e-6;
     let nearest = place.round();

@@ -33,7 +33,7 @@ const CHUNK_HEADER_BYTES: usize = 8;
 /// # Errors
 /// Where the file would exceed the 4 GiB that glTF can hold.
 pub fn write_glb(tin: &Tin, place: &GlbPlace) -> Result<Vec<u8>, String> {
-    let [min, max] = tin.bounds().map(|corner| DVec3::from(corner));
+    let [min, max] = tin.bounds().map(DVec3::from);
     let origin = if tin.vertices.is_empty() { DVec3::ZERO } else { (0.5 * (min + max)).round() };
     let scale = place.metres_per_unit.extend(1.0);
     let local: Vec<DVec3> =
