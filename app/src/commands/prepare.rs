@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use terrain_core::dataset::{ColourEncoding, ColourFormat, HeightEncoding};
-use terrain_core::prepare::{LayerSummary, PrepareRequest, PrepareSummary, prepare};
+use terrain_core::prepare::{LayerSummary, PointOptions, PrepareRequest, PrepareSummary, prepare};
 use terrain_core::tiling::Extent;
 
 use crate::arg_values::parse_extent;
@@ -19,13 +19,27 @@ use crate::progress::PhaseProgress;
 Examples:
   terrain prepare --dem dem.tif --dom ortho.tif --out alps
   terrain prepare --dem N46E007.hgt N46E008.hgt --out valais
+  terrain prepare --dem survey-1.laz survey-2.laz --point-class 2,9 --out coast
   terrain prepare --dem etopo.tif --dom relief.jpg --dom-extent -180,-90,180,90 \\
       --crs EPSG:4087 --out earth")]
 pub struct PrepareArgs {
-    /// Height rasters (GeoTIFF, SRTM .hgt, grey PNG with a world file); the first one counts where
-    /// they overlap
+    /// Height rasters (GeoTIFF, SRTM .hgt, grey PNG with a world file) and points (LAS, LAZ, and .csv,
+    /// .xyz, .txt of x, y, height); the first one counts where they overlap. All points together make
+    /// one surface, that of their natural neighbours
     #[arg(long, value_name = "FILE", num_args = 1.., required = true)]
     dem: Vec<PathBuf>,
+
+    /// LAS classes to take, such as 2 for ground or 2,9 [default: 2 if the file has any, else all]
+    #[arg(long, value_name = "CLASS", value_delimiter = ',')]
+    point_class: Vec<u8>,
+
+    /// Side of the cells that points are interpolated to [default: as many cells as points]
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
+    point_spacing: Option<f64>,
+
+    /// CRS of points that do not say theirs [default: that of --crs]
+    #[arg(long, value_name = "EPSG:n", value_parser = parse_epsg)]
+    point_crs: Option<u32>,
 
     /// Pictures (GeoTIFF, PNG or JPEG with a world file)
     #[arg(long, value_name = "FILE", num_args = 1..)]
@@ -114,6 +128,11 @@ pub fn run(args: PrepareArgs) -> anyhow::Result<()> {
 fn request_of(args: PrepareArgs) -> PrepareRequest {
     PrepareRequest {
         epsg: args.crs,
+        points: PointOptions {
+            classes: args.point_class,
+            spacing_m: args.point_spacing,
+            epsg: args.point_crs,
+        },
         colour_bounds: args.dom_extent.map(|Extent { min, max }| [min.x, min.y, max.x, max.y]),
         colour_epsg: args.dom_crs,
         height_tile_texels: args.dem_tile,

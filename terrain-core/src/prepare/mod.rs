@@ -1,4 +1,4 @@
-//! From rasters to a dataset.
+//! From rasters and points to a dataset.
 //!
 //! [`prepare`] opens the sources ([`source`]), plans the tile scheme and both layers' grids, then
 //! streams each layer once from north to south: rows are resampled where they have to be, gaps in
@@ -11,6 +11,7 @@ mod finished_layers;
 mod height_layer;
 mod mosaic;
 mod output_folder;
+mod placed_points;
 mod placement;
 mod plan;
 mod request;
@@ -27,7 +28,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 pub use error::PrepareError;
-pub use request::PrepareRequest;
+pub use request::{PointOptions, PrepareRequest};
 pub use run::{NoProgress, Progress};
 pub use summary::{LayerSummary, PrepareSummary};
 pub(crate) use texel::{LinearColour, Texel};
@@ -52,9 +53,9 @@ pub fn prepare(
     cancel: &AtomicBool,
 ) -> Result<PrepareSummary, PrepareError> {
     let started = Instant::now();
-    let plan = Plan::new(request)?;
-    let output = OutputFolder::create(&request.out, request.is_resumable)?;
     let run = Run { progress, cancel };
+    let plan = Plan::new(request, &run)?;
+    let output = OutputFolder::create(&request.out, request.is_resumable)?;
     let layers = FinishedLayers::new(output.path(), request, &plan);
     let heights = layers.find_or_write(HEIGHTS_FILE, |archive| {
         write_heights(&plan.heights, plan.height_step_m, request, archive, &run)

@@ -3,10 +3,22 @@ use std::path::PathBuf;
 use crate::dataset::{ColourEncoding, ColourFormat, HeightEncoding};
 use crate::tiling::LayerLayout;
 
+/// How files of points are read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PointOptions {
+    /// LAS classes to take; empty takes ground alone if any point is said to be ground, else all.
+    pub classes: Vec<u8>,
+    /// Side in metres of the cells that points are interpolated to; `None` follows their density.
+    pub spacing_m: Option<f64>,
+    /// EPSG code of points that do not say theirs; `None` takes the dataset's.
+    pub epsg: Option<u32>,
+}
+
 /// What to prepare, and how.
 #[derive(Clone, Debug)]
 pub struct PrepareRequest {
-    /// Height rasters, at least one; where they overlap the first one counts.
+    /// Height rasters and files of points, at least one; where they overlap the first one counts. All
+    /// points together make one surface.
     pub heights: Vec<PathBuf>,
     /// Pictures; may be none.
     pub colours: Vec<PathBuf>,
@@ -15,6 +27,8 @@ pub struct PrepareRequest {
     pub out: PathBuf,
     /// EPSG code of the dataset's CRS, also taken for that of height rasters that do not say theirs.
     pub epsg: Option<u32>,
+    /// How files of points are read.
+    pub points: PointOptions,
     /// Where pictures without a georeference lie: west, south, east, north, in the units of
     /// `colour_epsg`.
     pub colour_bounds: Option<[f64; 4]>,
@@ -48,6 +62,7 @@ impl PrepareRequest {
             colours,
             out,
             epsg: None,
+            points: PointOptions::default(),
             colour_bounds: None,
             colour_epsg: None,
             height_tile_texels: 128,

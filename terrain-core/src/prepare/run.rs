@@ -7,6 +7,10 @@ use super::resample::LayerGrid;
 pub trait Progress: Sync {
     /// `done` of `total` rows of a phase are through. Phases follow one another.
     fn advanced(&self, phase: &str, done: u64, total: u64);
+
+    /// A choice was made that the user may want otherwise. Nothing is done with it by default: the
+    /// manifest's notes hold it too.
+    fn note(&self, _text: &str) {}
 }
 
 /// A [`Progress`] that tells nobody.

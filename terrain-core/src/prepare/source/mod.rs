@@ -6,6 +6,7 @@ mod geo_keys;
 mod geotiff;
 mod hgt;
 mod picture;
+mod points;
 mod raster_grid;
 mod world_file;
 
@@ -15,6 +16,7 @@ pub use error::SourceError;
 pub use geotiff::GeoTiffSource;
 pub use hgt::HgtSource;
 pub use picture::PictureSource;
+pub use points::{GROUND_CLASS, PointCloud, PointRaster, is_point_file, read_points};
 pub use raster_grid::{RasterGrid, Window};
 
 /// What a raster is.
