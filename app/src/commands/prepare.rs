@@ -193,7 +193,8 @@ fn write_layer(
     Ok(width as f64 * height as f64)
 }
 
-fn parse_epsg(text: &str) -> Result<u32, String> {
+/// Reads a CRS given as `EPSG:32632` or as the number alone.
+pub fn parse_epsg(text: &str) -> Result<u32, String> {
     let digits = text.strip_prefix("EPSG:").or_else(|| text.strip_prefix("epsg:")).unwrap_or(text);
     digits.parse().map_err(|_| format!("{text:?} is not of the form EPSG:32632"))
 }

@@ -9,6 +9,7 @@ mod colour_layer;
 mod error;
 mod finished_layers;
 mod height_layer;
+mod make_tin;
 mod mosaic;
 mod output_folder;
 mod placed_points;
@@ -28,6 +29,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 pub use error::PrepareError;
+pub use make_tin::{MadeTin, TinRequest, make_tin};
 pub use request::{PointOptions, PrepareRequest};
 pub use run::{NoProgress, Progress};
 pub use summary::{LayerSummary, PrepareSummary};

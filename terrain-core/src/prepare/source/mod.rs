@@ -1,5 +1,6 @@
 //! Rasters as they come: one trait over every file format, read window by window.
 
+mod breaklines;
 mod chunk_cache;
 mod error;
 mod geo_keys;
@@ -12,6 +13,7 @@ mod world_file;
 
 use std::path::Path;
 
+pub use breaklines::read_breaklines;
 pub use error::SourceError;
 pub use geotiff::GeoTiffSource;
 pub use hgt::HgtSource;

@@ -60,6 +60,12 @@ pub enum TinError {
         /// North.
         y: f64,
     },
+    /// More than a glTF file can say of its length.
+    #[error("{bytes} bytes are more than a glTF file can hold; allow a larger error")]
+    TooLargeForGlb {
+        /// Bytes the file would have.
+        bytes: usize,
+    },
     /// The caller asked to stop.
     #[error("stopped before the TIN was whole")]
     Cancelled,

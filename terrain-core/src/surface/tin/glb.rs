@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use serde_json::json;
 
-use super::Tin;
+use super::{Tin, TinError};
 use crate::tiling::Extent;
 
 /// What a glTF file cannot say by itself: where its ground lies.
@@ -32,7 +32,7 @@ const CHUNK_HEADER_BYTES: usize = 8;
 ///
 /// # Errors
 /// Where the file would exceed the 4 GiB that glTF can hold.
-pub fn write_glb(tin: &Tin, place: &GlbPlace) -> Result<Vec<u8>, String> {
+pub fn write_glb(tin: &Tin, place: &GlbPlace) -> Result<Vec<u8>, TinError> {
     let [min, max] = tin.bounds().map(DVec3::from);
     let origin = if tin.vertices.is_empty() { DVec3::ZERO } else { (0.5 * (min + max)).round() };
     let scale = place.metres_per_unit.extend(1.0);
@@ -134,15 +134,12 @@ fn document(
     })
 }
 
-fn assemble(mut json: Vec<u8>, mut bin: Vec<u8>) -> Result<Vec<u8>, String> {
+fn assemble(mut json: Vec<u8>, mut bin: Vec<u8>) -> Result<Vec<u8>, TinError> {
     json.resize(json.len().next_multiple_of(4), b' ');
     bin.resize(bin.len().next_multiple_of(4), 0);
     let total = HEADER_BYTES + 2 * CHUNK_HEADER_BYTES + json.len() + bin.len();
-    let size = |bytes: usize| {
-        u32::try_from(bytes).map_err(|_| {
-            format!("{total} bytes are more than a glTF file can hold; allow a larger error")
-        })
-    };
+    let size =
+        |bytes: usize| u32::try_from(bytes).map_err(|_| TinError::TooLargeForGlb { bytes: total });
     let mut file = Vec::with_capacity(total);
     file.extend(b"glTF");
     file.extend(2_u32.to_le_bytes());

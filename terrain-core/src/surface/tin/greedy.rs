@@ -25,7 +25,7 @@ use spade::{ConstrainedDelaunayTriangulation, HasPosition, InsertionError, Point
 
 use super::border::border_of;
 use super::breakline::ground_parts;
-use super::triangle_scan::visit_rows;
+use super::triangle_scan::{plane_slope, visit_rows};
 use super::{Breakline, KeepGoing, SampleGrid, Tin, TinError};
 
 /// Covers a grid with triangles none of whose samples is more than `max_error_m` above or below them.
@@ -243,7 +243,7 @@ impl<'a> GreedyMesh<'a> {
 
     /// The sample farthest above or below a triangle, if it is too far.
     fn worst_sample(&self, face: &Look) -> Option<(f64, usize)> {
-        let slope = face.slope()?;
+        let slope = plane_slope(face.places, face.heights_m)?;
         let columns = self.grid.columns;
         let (mut worst_m, mut found) = (self.max_error_m, None);
         visit_rows(face.places, [columns, self.grid.rows], |row, start, end| {
@@ -302,16 +302,6 @@ impl Look {
             places: vertices.map(|vertex| dvec2(vertex.position().x, vertex.position().y)),
             heights_m: vertices.map(|vertex| vertex.data().height_m),
         }
-    }
-
-    /// Metres a sample eastwards and southwards; `None` for a triangle without area.
-    fn slope(&self) -> Option<DVec2> {
-        let [a, b, c] = self.places;
-        let (ab, ac) = (b - a, c - a);
-        let [rise_b, rise_c] = [1, 2].map(|corner| self.heights_m[corner] - self.heights_m[0]);
-        let area = ab.perp_dot(ac);
-        (area != 0.0)
-            .then(|| dvec2(rise_b * ac.y - rise_c * ab.y, rise_c * ab.x - rise_b * ac.x) / area)
     }
 }
 

@@ -1,6 +1,8 @@
-use glam::{DVec2, dvec2};
+use glam::{DVec2, DVec3, dvec2};
+use rayon::prelude::*;
 
-use super::TinError;
+use super::triangle_scan::{plane_slope, visit_rows};
+use super::{Tin, TinError};
 
 /// Heights on a north-up grid, each standing for a point.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +25,28 @@ const MOST_SAMPLES: usize = 1 << 30;
 const BORDER_SLACK: f64 = 1e-9;
 
 impl SampleGrid<'_> {
+    /// The largest distance in metres of a sample above or below the triangles over it; 0 for those
+    /// that none covers.
+    pub fn largest_error_m(&self, tin: &Tin) -> f64 {
+        let errors = tin.triangles.par_iter().map(|triangle| {
+            let corners = triangle.map(|index| DVec3::from(tin.vertices[index as usize]));
+            let places = corners.map(|corner| self.place(corner.truncate()));
+            let heights_m = corners.map(|corner| corner.z);
+            let mut largest_m = 0.0_f64;
+            let Some(slope) = plane_slope(places, heights_m) else { return largest_m };
+            visit_rows(places, [self.columns, self.rows], |row, start, end| {
+                for column in start..end {
+                    let from = dvec2(column as f64, row as f64) - places[0];
+                    let plane_m = heights_m[0] + slope.dot(from);
+                    // max leaves NaN out.
+                    largest_m = largest_m.max((plane_m - self.height_m(column, row)).abs());
+                }
+            });
+            largest_m
+        });
+        errors.reduce(|| 0.0, f64::max)
+    }
+
     /// Why there can be no surface, if so.
     pub(super) fn check(&self) -> Result<(), TinError> {
         let (columns, rows) = (self.columns, self.rows);

@@ -1,6 +1,6 @@
-//! Which samples lie in a triangle.
+//! Which samples lie in a triangle, and its plane.
 
-use glam::DVec2;
+use glam::{DVec2, dvec2};
 
 /// How far outside a triangle, in samples, one still counts as on its edge. Samples are at least
 /// 1 / length apart from an edge between samples, so only rounding is taken in.
@@ -46,4 +46,13 @@ fn crossing(from: DVec2, to: DVec2, y: f64) -> Option<[f64; 2]> {
     let part = ((y - from.y) / (to.y - from.y)).clamp(0.0, 1.0);
     let x = from.x + part * (to.x - from.x);
     Some([x, x])
+}
+
+/// How a triangle rises along x and y, per sample; `None` for one without area.
+pub fn plane_slope([a, b, c]: [DVec2; 3], heights_m: [f64; 3]) -> Option<DVec2> {
+    let (ab, ac) = (b - a, c - a);
+    let [rise_b, rise_c] = [1, 2].map(|corner| heights_m[corner] - heights_m[0]);
+    let area = ab.perp_dot(ac);
+    (area != 0.0)
+        .then(|| dvec2(rise_b * ac.y - rise_c * ab.y, rise_c * ab.x - rise_b * ac.x) / area)
 }
