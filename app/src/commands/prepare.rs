@@ -82,9 +82,22 @@ pub struct PrepareArgs {
     #[arg(long, value_enum, default_value_t = DomEncoding::Bc7)]
     dom_encoding: DomEncoding,
 
-    /// Leave gaps in the heights as they are
+    /// Leave gaps in the heights as they are; else those that heights enclose are filled, if at most 64
+    /// cells wide and high
     #[arg(long)]
     keep_voids: bool,
+
+    /// Fill larger gaps too, of at most so many square kilometres (2048 cells wide and high), and all
+    /// of them by the natural neighbours on their rims. Gaps at the raster's border stay [default: 100]
+    #[arg(
+        long,
+        value_name = "KM2",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "100",
+        conflicts_with = "keep_voids"
+    )]
+    fill_voids: Option<f64>,
 
     /// Go on with the layers (heights, colours) that the same command with --resume finished before
     /// it was interrupted; a layer begun is made anew
@@ -150,6 +163,7 @@ fn request_of(args: PrepareArgs) -> PrepareRequest {
         },
         jpeg_format: ColourFormat::Bc7,
         keep_voids: args.keep_voids,
+        fill_voids_km2: args.fill_voids,
         is_resumable: args.resume,
         ..PrepareRequest::new(args.dem, args.dom, args.out)
     }

@@ -15,6 +15,7 @@ use super::source::{
 use crate::geodesy::CoordinateSystem;
 use crate::surface::tin::{
     Breakline, DistinctPoints, GlbPlace, SampleGrid, Tin, TinError, tin_of_grid, tin_of_points,
+    tin_of_points_within,
 };
 use crate::tiling::Extent;
 
@@ -77,12 +78,16 @@ struct Watch<'a> {
 
 impl Watch<'_> {
     /// Tells of a refinement by how far its error has come down, in powers.
-    fn refined(&self, first_m: f64, now_m: f64, max_error_m: f64) -> bool {
+    fn refinement(&self, max_error_m: f64) -> impl FnMut(f64, usize) -> bool {
         const STEPS: f64 = 1000.0;
-        let whole = (first_m / max_error_m.max(1e-3)).ln().max(f64::MIN_POSITIVE);
-        let part = ((first_m / now_m).ln() / whole).clamp(0.0, 1.0);
-        self.progress.advanced("triangles", (STEPS * part) as u64, STEPS as u64);
-        !self.cancel.load(Ordering::Relaxed)
+        let mut first_m = None;
+        move |error_m, _| {
+            let first_m = *first_m.get_or_insert(error_m);
+            let whole = (first_m / max_error_m.max(1e-3)).ln().max(f64::MIN_POSITIVE);
+            let part = ((first_m / error_m).ln() / whole).clamp(0.0, 1.0);
+            self.progress.advanced("triangles", (STEPS * part) as u64, STEPS as u64);
+            !self.cancel.load(Ordering::Relaxed)
+        }
     }
 }
 
@@ -116,11 +121,8 @@ fn of_raster(
         step: raster.cell,
     };
     let lines = breaklines(request, crs.as_ref())?;
-    let mut first_m = None;
-    let tin = tin_of_grid(&grid, max_error_m, &lines, &mut |error_m, _| {
-        watch.refined(*first_m.get_or_insert(error_m), error_m, max_error_m)
-    })
-    .map_err(|error| refused(path, request, error))?;
+    let tin = tin_of_grid(&grid, max_error_m, &lines, &mut watch.refinement(max_error_m))
+        .map_err(|error| refused(path, request, error))?;
     let largest_error_m = grid.largest_error_m(&tin);
     let samples = heights_m.iter().filter(|height_m| !height_m.is_nan()).count();
     let place = place_of(crs.as_ref(), extent_of(&raster, source.info().size));
@@ -171,11 +173,17 @@ fn of_points(
         let merged = points.merged;
         notes.push(format!("{merged} points at places of others left out, the median height kept"));
     }
-    let tin = tin_of_points(&points, &lines).map_err(refused)?;
+    let (tin, largest_error_m) = match request.max_error_m {
+        None => (tin_of_points(&points, &lines).map_err(refused)?, 0.0),
+        Some(max_error_m) => {
+            let mut keep_going = watch.refinement(max_error_m);
+            tin_of_points_within(&points, max_error_m, &lines, &mut keep_going).map_err(refused)?
+        }
+    };
     let [min, max] = tin.bounds().map(|corner| dvec2(corner[0], corner[1]));
     let place = place_of(crs.as_ref(), Extent::new(min, max));
     let samples = points.points().len();
-    Ok(MadeTin { tin, place, samples, largest_error_m: 0.0, notes })
+    Ok(MadeTin { tin, place, samples, largest_error_m, notes })
 }
 
 /// The file's own CRS, else the stated one, else none: a TIN can do without.

@@ -23,6 +23,7 @@ pub mod source;
 mod summary;
 mod texel;
 mod void_fill;
+mod void_surface;
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -34,7 +35,7 @@ pub use request::{PointOptions, PrepareRequest};
 pub use run::{NoProgress, Progress};
 pub use summary::{LayerSummary, PrepareSummary};
 pub(crate) use texel::{LinearColour, Texel};
-pub use void_fill::{MAX_VOID_CELLS, VoidReport};
+pub use void_fill::{MAX_LARGE_VOID_CELLS, MAX_VOID_CELLS, VoidReport};
 
 use self::colour_layer::write_colours;
 use self::finished_layers::FinishedLayers;
@@ -70,7 +71,7 @@ pub fn prepare(
     };
 
     let mut notes = plan.notes.clone();
-    notes.extend(summary::void_notes(&heights.voids, request.keep_voids));
+    notes.extend(summary::void_notes(&heights.voids, request));
     let sources = request.heights.iter().chain(&request.colours);
     let manifest = Manifest {
         version: Manifest::VERSION,

@@ -85,6 +85,11 @@ fn check(request: &PrepareRequest) -> Result<(), PrepareError> {
             return Err(PrepareError::Request(reason));
         }
     }
+    if request.fill_voids_km2.is_some_and(|km2| km2.is_nan() || km2 < 0.0) {
+        return Err(PrepareError::Request(
+            "--fill-voids needs square kilometres, 0 or more".into(),
+        ));
+    }
     if request.level_limit == Some(0) {
         return Err(PrepareError::Request("--levels 0: there is at least one level".into()));
     }

@@ -46,8 +46,13 @@ pub struct PrepareRequest {
     pub colour_encoding: ColourEncoding,
     /// What JPEG tiles are transcoded to when loaded.
     pub jpeg_format: ColourFormat,
-    /// Leaves gaps in the heights as they are.
+    /// Leaves gaps in the heights as they are; else those that data encloses are filled, if at most
+    /// [`MAX_VOID_CELLS`](super::MAX_VOID_CELLS) wide and high.
     pub keep_voids: bool,
+    /// Fills larger gaps too, and all by the natural neighbours on their rims: those of at most so many
+    /// square kilometres that data encloses, at most [`MAX_LARGE_VOID_CELLS`](super::MAX_LARGE_VOID_CELLS)
+    /// wide and high.
+    pub fill_voids_km2: Option<f64>,
     /// Goes on with the layers that an interrupted preparation of the same request has finished, and
     /// on an interruption or an error leaves those finished by then in a hidden folder beside `out`.
     /// Finished layers of changed settings or files are made anew.
@@ -72,6 +77,7 @@ impl PrepareRequest {
             colour_encoding: ColourEncoding::Bc7,
             jpeg_format: ColourFormat::Bc7,
             keep_voids: false,
+            fill_voids_km2: None,
             is_resumable: false,
         }
     }

@@ -16,7 +16,6 @@
 //! After an insertion the changed triangles are those round the new vertex: Delaunay flips only ever
 //! make edges that end there.
 
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use glam::{DVec2, dvec2};
@@ -26,6 +25,7 @@ use spade::{ConstrainedDelaunayTriangulation, HasPosition, InsertionError, Point
 use super::border::border_of;
 use super::breakline::ground_parts;
 use super::triangle_scan::{plane_slope, visit_rows};
+use super::worst::{Versions, Worst};
 use super::{Breakline, KeepGoing, SampleGrid, Tin, TinError};
 
 /// Covers a grid with triangles none of whose samples is more than `max_error_m` above or below them.
@@ -71,46 +71,13 @@ impl HasPosition for GridVertex {
 type Triangles = ConstrainedDelaunayTriangulation<GridVertex>;
 type GridFace<'a> = FaceHandle<'a, InnerTag, GridVertex, (), spade::CdtEdge<()>, ()>;
 
-/// A triangle's worst sample.
-struct Worst {
-    error_m: f64,
-    sample: usize,
-    face: usize,
-    /// The state of the triangle it was found in; a later one makes this entry void.
-    version: u32,
-    /// A corner of the triangle: where to begin to look for it.
-    corner: FixedVertexHandle,
-}
-
-impl Ord for Worst {
-    fn cmp(&self, other: &Self) -> Ordering {
-        // Equal errors: the north-western sample first, whatever the triangles' numbers are.
-        self.error_m.total_cmp(&other.error_m).then(other.sample.cmp(&self.sample))
-    }
-}
-
-impl PartialOrd for Worst {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Worst {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Worst {}
-
 struct GreedyMesh<'a> {
     grid: SampleGrid<'a>,
     max_error_m: f64,
     triangles: Triangles,
     /// Samples that are vertices.
     is_vertex: Vec<bool>,
-    /// How often each triangle has been looked at.
-    versions: Vec<u32>,
+    versions: Versions,
     queue: BinaryHeap<Worst>,
 }
 
@@ -125,7 +92,7 @@ impl<'a> GreedyMesh<'a> {
             max_error_m,
             triangles: Triangles::new(),
             is_vertex: vec![false; grid.columns * grid.rows],
-            versions: Vec::new(),
+            versions: Versions::default(),
             queue: BinaryHeap::new(),
         };
         // Corners first: no piece of border may find its end in another's way.
@@ -208,7 +175,7 @@ impl<'a> GreedyMesh<'a> {
         faces.into_iter().for_each(|face| self.look(&face));
         let mut star = Vec::new();
         while let Some(worst) = self.queue.pop() {
-            if self.versions[worst.face] != worst.version {
+            if !self.versions.holds(&worst) {
                 continue;
             }
             let sample = [worst.sample % self.grid.columns, worst.sample / self.grid.columns];
@@ -227,11 +194,7 @@ impl<'a> GreedyMesh<'a> {
 
     /// Finds a triangle's worst sample, and notes it if it is too far off.
     fn look(&mut self, face: &Look) {
-        if self.versions.len() <= face.index {
-            self.versions.resize(face.index + 1, 0);
-        }
-        let version = self.versions[face.index].wrapping_add(1);
-        self.versions[face.index] = version;
+        let version = self.versions.renew(face.index);
         if !is_on_ground(&self.grid, &face.places) {
             return;
         }

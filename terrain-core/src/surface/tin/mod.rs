@@ -2,7 +2,8 @@
 //! where it is not.
 //!
 //! - [`tin_of_grid`] covers a raster with triangles that keep within a stated error of every sample.
-//! - [`tin_of_points`] joins scattered points, all of them.
+//! - [`tin_of_points`] joins scattered points, all of them; [`tin_of_points_within`] as few as keep the
+//!   others within a stated error.
 //! - [`NaturalNeighbours`] interpolates scattered points, for rasters and for gaps in them.
 //! - [`write_glb`] hands a TIN to other programs.
 //!
@@ -17,7 +18,9 @@ mod greedy;
 mod natural_neighbours;
 mod sample_grid;
 mod scattered;
+mod thinned;
 mod triangle_scan;
+mod worst;
 
 pub use breakline::{Breakline, BreaklinePoint};
 pub use error::TinError;
@@ -26,6 +29,7 @@ pub use greedy::tin_of_grid;
 pub use natural_neighbours::{NaturalNeighbours, NaturalSampler};
 pub use sample_grid::SampleGrid;
 pub use scattered::{DistinctPoints, tin_of_points};
+pub use thinned::tin_of_points_within;
 
 /// A triangulated irregular network.
 #[derive(Clone, Debug, Default, PartialEq)]

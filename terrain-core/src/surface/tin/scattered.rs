@@ -94,7 +94,8 @@ pub fn check_shape(triangles: usize, points: &DistinctPoints) -> Result<(), TinE
     }
 }
 
-type Triangles = ConstrainedDelaunayTriangulation<HeightPoint>;
+/// Triangles of points, with breaklines.
+pub type Triangles = ConstrainedDelaunayTriangulation<HeightPoint>;
 
 /// Joins all points to a Delaunay triangulation of their convex hull, with the breaklines as edges.
 /// Breakline points without a height take that of the points' natural neighbours. Where breaklines
@@ -107,25 +108,31 @@ pub fn tin_of_points(points: &DistinctPoints, breaklines: &[Breakline]) -> Resul
     let mut triangles =
         Triangles::bulk_load(points.height_points()).map_err(|_| points.first_bad())?;
     check_shape(triangles.num_inner_faces(), points)?;
-    if !breaklines.is_empty() {
-        add_breaklines(&mut triangles, points, breaklines)?;
-    }
+    add_breaklines(&mut triangles, points, breaklines)?;
+    Ok(tin_of_triangles(&triangles))
+}
+
+pub fn tin_of_triangles(triangles: &Triangles) -> Tin {
     let vertices = triangles.vertices().map(|vertex| {
         let HeightPoint { place, height_m } = *vertex.data();
         [place.x, place.y, height_m]
     });
     let faces = triangles.inner_faces();
-    Ok(Tin {
+    Tin {
         vertices: vertices.collect(),
         triangles: faces.map(|face| face.vertices().map(|vertex| vertex.index() as u32)).collect(),
-    })
+    }
 }
 
-fn add_breaklines(
+/// Makes edges of the breaklines' pieces.
+pub fn add_breaklines(
     triangles: &mut Triangles,
     points: &DistinctPoints,
     breaklines: &[Breakline],
 ) -> Result<(), TinError> {
+    if breaklines.is_empty() {
+        return Ok(());
+    }
     let ground = NaturalNeighbours::new(points)?;
     let mut sampler = ground.sampler();
     for line in breaklines {

@@ -1,12 +1,16 @@
 //! LAS and LAZ (ASPRS, "LAS Specification 1.4 - R15", 2019).
 
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, Seek};
+use std::panic::catch_unwind;
 use std::path::Path;
 
 use las::{PointData, PointDataBuilder, Reader, Vlr};
 
 use super::super::SourceError;
 use super::super::geo_keys::GeoTags;
+use super::las_sizes::check_sizes;
 use super::wkt::epsg_of_wkt;
 use super::{GROUND_CLASS, PointCloud, name_of};
 
@@ -21,10 +25,12 @@ pub fn read(path: &Path, classes: &[u8]) -> Result<PointCloud, SourceError> {
     if bytes == 0 {
         return Err(SourceError::no_points(path, "the file is empty"));
     }
-    let damaged = |error: las::Error| SourceError::damaged(path, error.to_string());
-    let mut reader = Reader::from_path(path).map_err(damaged)?;
-    let epsg = epsg_of(&reader);
-    let all = read_all(&mut reader, bytes).map_err(damaged)?;
+    let damaged = |reason: String| SourceError::damaged(path, reason);
+    // The decoder trusts what a file says of itself in places that have not all been found: what
+    // breaks its assumptions is damage, not a reason to end the program.
+    let decoded = catch_unwind(|| decode(path, bytes));
+    let decoded = decoded.map_err(|_| damaged("its points cannot be decoded".to_owned()))?;
+    let Decoded { epsg, points: all } = decoded.map_err(damaged)?;
     let mut counts = BTreeMap::<u8, usize>::new();
     all.iter().for_each(|(class, _)| *counts.entry(*class).or_default() += 1);
     let chosen: Vec<u8> = match classes {
@@ -52,13 +58,53 @@ pub fn read(path: &Path, classes: &[u8]) -> Result<PointCloud, SourceError> {
     Ok(PointCloud { path: path.to_owned(), points, epsg, note })
 }
 
-/// Class and place of every point that is not withheld.
+/// What a file holds.
+struct Decoded {
+    epsg: Option<u32>,
+    /// Class and place of every point that is not withheld.
+    points: Vec<(u8, [f64; 3])>,
+}
+
+fn decode(path: &Path, file_bytes: u64) -> Result<Decoded, String> {
+    let failed = |error: las::Error| error.to_string();
+    let mut file = File::open(path).map_err(|error| error.to_string())?;
+    check_sizes(&mut file)?;
+    file.rewind().map_err(|error| error.to_string())?;
+    let mut reader = Reader::new(BufReader::new(file)).map_err(failed)?;
+    check_compression(&reader)?;
+    let points = read_all(&mut reader, file_bytes).map_err(failed)?;
+    Ok(Decoded { epsg: epsg_of(&reader), points })
+}
+
+/// The parts that a LAZ file's points are compressed in must make up a point (M. Isenburg, "LASzip:
+/// lossless compression of lidar data", 2013).
+fn check_compression(reader: &Reader) -> Result<(), String> {
+    /// The record that says how points are compressed; a list of parts begins at this byte of it.
+    const LASZIP: (&str, u16) = ("laszip encoded", 22204);
+    const PARTS_AT: usize = 34;
+    let header = reader.header();
+    if !header.point_format().is_compressed {
+        return Ok(());
+    }
+    let is_laszip = |record: &&Vlr| (record.user_id.as_str(), record.record_id) == LASZIP;
+    let Some(record) = header.all_vlrs().find(is_laszip) else {
+        return Err("it does not say how its points are compressed".to_owned());
+    };
+    // Kind, bytes and version of each, 16 bits each.
+    let parts = record.data.get(PARTS_AT..).unwrap_or_default().chunks_exact(6);
+    let bytes: u64 = parts.map(|part| u64::from(u16::from_le_bytes([part[2], part[3]]))).sum();
+    match u64::from(header.point_format().len()) {
+        whole if whole == bytes => Ok(()),
+        whole => Err(format!("points of {whole} bytes are compressed as {bytes}")),
+    }
+}
+
 fn read_all(reader: &mut Reader, file_bytes: u64) -> las::Result<Vec<(u8, [f64; 3])>> {
     // A damaged header may promise any number; a point takes more than a bit of the file.
     let promised = reader.header().number_of_points().min(8 * file_bytes);
     let mut points = Vec::with_capacity(promised as usize);
     let mut batch = PointDataBuilder::new().for_header(reader.header()).build();
-    while reader.fill_points(BATCH, &mut batch)? > 0 {
+    while reader.fill_points(promised.clamp(1, BATCH), &mut batch)? > 0 {
         let places = batch.x().zip(batch.y()).zip(batch.z()).map(|((x, y), z)| [x, y, z]);
         let kept = batch.classification().zip(places).zip(withheld(&batch));
         points.extend(kept.filter(|(_, withheld)| !withheld).map(|(point, _)| point));

@@ -1,6 +1,9 @@
 //! Scattered points as they come: LAS and LAZ, and lines of text.
 
 mod las_file;
+mod las_sizes;
+#[cfg(test)]
+mod las_tests;
 mod point_raster;
 mod text_file;
 mod wkt;

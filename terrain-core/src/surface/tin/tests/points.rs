@@ -5,8 +5,9 @@ use proptest::prelude::*;
 
 use super::super::{
     Breakline, BreaklinePoint, DistinctPoints, NaturalNeighbours, TinError, tin_of_points,
+    tin_of_points_within,
 };
-use super::{doubled_area, noise};
+use super::{doubled_area, height_in_m, noise};
 
 fn scattered(count: u64, height_m: impl Fn(f64, f64) -> f64) -> Vec<[f64; 3]> {
     (0..count)
@@ -154,6 +155,42 @@ fn breaklines_among_points() {
     assert!(matches!(refused, Err(TinError::BreaklineWithoutHeight { .. })), "{refused:?}");
 }
 
+#[test]
+fn thinned_points_keep_within_the_error() {
+    let hills = |x: f64, y: f64| 300.0 + 20.0 * (0.1 * x).sin() * (0.13 * y).cos();
+    let points = distinct(&scattered(1500, hills));
+    let position = |x: f64, y: f64| dvec2(1_839_000.0 + x, 5_912_000.0 + y);
+    let ridge = [[20.0, 10.0], [70.0, 50.0]]
+        .map(|[x, y]| BreaklinePoint { position: position(x, y), height_m: None });
+    let ridge = [Breakline { points: ridge.to_vec() }];
+    let mut last = 1501;
+    for (max_error_m, lines) in [(0.0, &[][..]), (0.5, &[]), (4.0, &[]), (4.0, &ridge)] {
+        let (tin, largest_m) =
+            tin_of_points_within(&points, max_error_m, lines, &mut |_, _| true).unwrap();
+        assert!(largest_m <= max_error_m);
+        let mut largest_seen_m = 0.0_f64;
+        for &[x, y, height_m] in points.points() {
+            let corners = |triangle: &[u32; 3]| triangle.map(|index| tin.vertices[index as usize]);
+            let heights =
+                tin.triangles.iter().filter_map(|triangle| height_in_m(corners(triangle), x, y));
+            let nearest_m = heights.map(|over_m| (over_m - height_m).abs()).reduce(f64::min);
+            largest_seen_m = largest_seen_m.max(nearest_m.expect("every point is covered"));
+        }
+        assert!((largest_seen_m - largest_m).abs() < 1e-6, "{largest_seen_m} {largest_m}");
+        let count = tin.vertices.len();
+        assert!(count < last || !lines.is_empty(), "{count} vertices for {max_error_m} m");
+        last = count;
+    }
+    assert!(last < 300, "{last} of 1500 points for a fifth of the relief");
+    let stopped = tin_of_points_within(
+        &distinct(&scattered(9000, |x, y| noise((x * y) as u64))),
+        0.0,
+        &[],
+        &mut |_, _| false,
+    );
+    assert_eq!(stopped, Err(TinError::Cancelled));
+}
+
 /// A coordinate of the awkward kinds.
 fn coordinate() -> impl Strategy<Value = f64> {
     prop_oneof![
@@ -185,6 +222,8 @@ proptest! {
                 prop_assert!(hull >= 3, "by Euler's formula so many points lie on the hull");
                 let ground = NaturalNeighbours::new(&points).unwrap();
                 let height_m = ground.sampler().height_m(place[0], place[1]);
+                let thinned = tin_of_points_within(&points, 2.0, &[], &mut |_, _| true);
+                prop_assert!(thinned.unwrap().0.triangles.len() <= tin.triangles.len());
                 prop_assert!(height_m.is_none_or(f64::is_finite));
             }
             Err(error) => prop_assert!(
