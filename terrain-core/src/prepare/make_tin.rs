@@ -155,7 +155,9 @@ fn of_points(
     let mut crs: Option<CoordinateSystem> = None;
     for (index, path) in paths.iter().enumerate() {
         let cloud = read_points(path, &request.point_classes)?;
-        watch.progress.note(&cloud.note);
+        if cloud.is_own_choice {
+            watch.progress.note(&cloud.note);
+        }
         notes.push(cloud.note);
         let own = crs_of(path, cloud.epsg, request)?;
         if index > 0 && own != crs {

@@ -33,7 +33,9 @@ pub fn place_points(
             return Err(PrepareError::Cancelled);
         }
         let mut cloud = read_points(path, &request.points.classes)?;
-        run.progress.note(&cloud.note);
+        if cloud.is_own_choice {
+            run.progress.note(&cloud.note);
+        }
         let own = crs_of(&cloud, request, notes)?;
         let target = match &mut target {
             Some(target) => target,

@@ -55,7 +55,8 @@ pub fn read(path: &Path, classes: &[u8]) -> Result<PointCloud, SourceError> {
         (classes, _) => format!("those of class {}", listed(classes.iter())),
     };
     let note = format!("{}: {} of {total} points, {which}", name_of(path), points.len());
-    Ok(PointCloud { path: path.to_owned(), points, epsg, note })
+    let is_own_choice = classes.is_empty();
+    Ok(PointCloud { path: path.to_owned(), points, epsg, note, is_own_choice })
 }
 
 /// What a file holds.

@@ -26,6 +26,8 @@ pub struct PointCloud {
     pub epsg: Option<u32>,
     /// Which of the file's points these are.
     pub note: String,
+    /// Whether the file had classes and none was asked for.
+    pub is_own_choice: bool,
 }
 
 /// The class of ground in LAS files.

@@ -162,7 +162,13 @@ mod tests {
     use super::*;
 
     fn cloud(points: Vec<[f64; 3]>) -> PointCloud {
-        PointCloud { path: "points.xyz".into(), points, epsg: None, note: "all".to_owned() }
+        PointCloud {
+            path: "points.xyz".into(),
+            points,
+            epsg: None,
+            note: "all".to_owned(),
+            is_own_choice: false,
+        }
     }
 
     fn plane(x: f64, y: f64) -> f64 {

@@ -46,7 +46,7 @@ pub fn read(path: &Path) -> Result<PointCloud, SourceError> {
         return Err(SourceError::no_points(path, "holds no points"));
     }
     let note = format!("{}: all {} points", name_of(path), points.len());
-    Ok(PointCloud { path: path.to_owned(), points, epsg: None, note })
+    Ok(PointCloud { path: path.to_owned(), points, epsg: None, note, is_own_choice: false })
 }
 
 /// How lines are cut, and which part is what.
