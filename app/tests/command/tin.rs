@@ -58,7 +58,15 @@ fn points_become_a_dataset() {
     let out = text(&folder.path().join("dataset"));
     let points = text(&points);
     let output = run([
-        "prepare", "--dem", &points, "--crs", "EPSG:32632", "--point-spacing", "0.5", "--out", &out,
+        "prepare",
+        "--dem",
+        &points,
+        "--crs",
+        "EPSG:32632",
+        "--point-spacing",
+        "0.5",
+        "--out",
+        &out,
     ]);
     assert_success(&output);
     assert!(stdout(&output).contains("400 points' natural neighbours in cells of 0.5 m"));

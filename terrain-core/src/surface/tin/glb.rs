@@ -34,7 +34,7 @@ const CHUNK_HEADER_BYTES: usize = 8;
 /// Where the file would exceed the 4 GiB that glTF can hold.
 pub fn write_glb(tin: &Tin, place: &GlbPlace) -> Result<Vec<u8>, TinError> {
     let [min, max] = tin.bounds().map(DVec3::from);
-    let origin = if tin.vertices.is_empty() { DVec3::ZERO } else { (0.5 * (min + max)).round() };
+    let origin = if tin.vertices.is_empty() { DVec3::ZERO } else { rounded(0.5 * (min + max)) };
     let scale = place.metres_per_unit.extend(1.0);
     let local: Vec<DVec3> =
         tin.vertices.iter().map(|vertex| (DVec3::from(*vertex) - origin) * scale).collect();
@@ -50,6 +50,11 @@ pub fn write_glb(tin: &Tin, place: &GlbPlace) -> Result<Vec<u8>, TinError> {
     }
     let json = document(tin, place, origin, bounds, bin.len());
     assemble(json.to_string().into_bytes(), bin)
+}
+
+/// Three decimals are enough, in degrees too, for an origin to be near and still easy to read.
+fn rounded(place: DVec3) -> DVec3 {
+    (place * 1000.0).round() / 1000.0
 }
 
 fn uv_of(position: DVec2, extent: &Extent) -> DVec2 {
