@@ -7,12 +7,13 @@ use glam::{DVec2, dvec2};
 
 use super::PrepareError;
 use super::placement::name_of;
-use super::run::Progress;
+
 use super::source::{
     RasterContent, RasterGrid, RasterSource, SourceError, Window, is_point_file, open_raster,
     read_breaklines, read_points,
 };
 use crate::geodesy::CoordinateSystem;
+use crate::progress::Progress;
 use crate::surface::tin::{
     Breakline, DistinctPoints, GlbPlace, SampleGrid, Tin, TinError, tin_of_grid, tin_of_points,
     tin_of_points_within,

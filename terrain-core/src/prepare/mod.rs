@@ -32,7 +32,6 @@ use std::time::Instant;
 pub use error::PrepareError;
 pub use make_tin::{MadeTin, TinRequest, make_tin};
 pub use request::{PointOptions, PrepareRequest};
-pub use run::{NoProgress, Progress};
 pub use summary::{LayerSummary, PrepareSummary};
 pub(crate) use texel::{LinearColour, Texel};
 pub use void_fill::{MAX_LARGE_VOID_CELLS, MAX_VOID_CELLS, VoidReport};
@@ -45,6 +44,7 @@ use self::placement::name_of;
 use self::plan::Plan;
 use self::run::Run;
 use crate::dataset::{COLOURS_FILE, Crs, HEIGHTS_FILE, MANIFEST_FILE, Manifest};
+pub use crate::progress::{NoProgress, Progress};
 
 /// Makes a dataset of rasters.
 ///
