@@ -7,7 +7,6 @@ use glam::{DVec2, dvec2};
 
 use super::PrepareError;
 use super::placement::name_of;
-
 use super::source::{
     RasterContent, RasterGrid, RasterSource, SourceError, Window, is_point_file, open_raster,
     read_breaklines, read_points,
