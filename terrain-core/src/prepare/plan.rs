@@ -85,6 +85,10 @@ fn check(request: &PrepareRequest) -> Result<(), PrepareError> {
             return Err(PrepareError::Request(reason));
         }
     }
+    let is_length = |metres: f64| metres.is_finite() && metres > 0.0;
+    if request.points.spacing_m.is_some_and(|spacing_m| !is_length(spacing_m)) {
+        return Err(PrepareError::Request("--point-spacing needs metres, more than 0".into()));
+    }
     if request.fill_voids_km2.is_some_and(|km2| km2.is_nan() || km2 < 0.0) {
         return Err(PrepareError::Request(
             "--fill-voids needs square kilometres, 0 or more".into(),

@@ -42,10 +42,8 @@ pub enum TinError {
         count: usize,
     },
     /// A coordinate that is no place.
-    #[error("point {index} (counted from 0) at {point:?} is not finite or too far away")]
+    #[error("a point at {point:?} is not finite or too far away")]
     BadPoint {
-        /// The point's place in the list.
-        index: usize,
         /// The point.
         point: [f64; 3],
     },

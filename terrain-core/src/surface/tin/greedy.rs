@@ -20,7 +20,7 @@ use std::collections::BinaryHeap;
 
 use glam::{DVec2, dvec2};
 use spade::handles::{FaceHandle, FixedVertexHandle, InnerTag};
-use spade::{ConstrainedDelaunayTriangulation, HasPosition, InsertionError, Point2, Triangulation};
+use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
 use super::border::border_of;
 use super::breakline::ground_parts;
@@ -118,12 +118,12 @@ impl<'a> GreedyMesh<'a> {
             Some(near) => self.triangles.insert_with_hint(vertex, near),
             None => self.triangles.insert(vertex),
         };
-        inserted.map_err(|error| self.bad_place(vertex, error))
+        inserted.map_err(|_| self.bad_place(vertex))
     }
 
-    fn bad_place(&self, vertex: GridVertex, _: InsertionError) -> TinError {
+    fn bad_place(&self, vertex: GridVertex) -> TinError {
         let position = self.grid.position(dvec2(vertex.place.x, vertex.place.y));
-        TinError::BadPoint { index: 0, point: [position.x, position.y, vertex.height_m] }
+        TinError::BadPoint { point: [position.x, position.y, vertex.height_m] }
     }
 
     fn add_breaklines(&mut self, breaklines: &[Breakline]) -> Result<(), TinError> {
@@ -163,9 +163,10 @@ impl<'a> GreedyMesh<'a> {
         if place == place.round() {
             return self.insert_sample([place.x as usize, place.y as usize], None);
         }
-        let height_m = height_m.or_else(|| self.grid.bilinear_m(place)).unwrap_or(f64::NAN);
+        let own_m = height_m.filter(|height_m| height_m.is_finite());
+        let height_m = own_m.or_else(|| self.grid.bilinear_m(place)).unwrap_or(f64::NAN);
         let vertex = GridVertex { place: Point2::new(place.x, place.y), height_m };
-        self.triangles.insert(vertex).map_err(|error| self.bad_place(vertex, error))
+        self.triangles.insert(vertex).map_err(|_| self.bad_place(vertex))
     }
 
     fn refine(&mut self, keep_going: &mut KeepGoing<'_>) -> Result<(), TinError> {

@@ -27,10 +27,10 @@ impl DistinctPoints {
     /// # Errors
     /// Where a coordinate is not finite or beyond 2^201, or there are too many points.
     pub fn new(mut points: Vec<[f64; 3]>) -> Result<Self, TinError> {
-        for (index, point) in points.iter_mut().enumerate() {
+        for point in &mut points {
             let place = mitigate_underflow(Point2::new(point[0], point[1]));
             if validate_vertex(&place).is_err() || !is_height(point[2]) {
-                return Err(TinError::BadPoint { index, point: *point });
+                return Err(TinError::BadPoint { point: *point });
             }
             // Adding 0 makes -0 the same as 0.
             *point = [place.x + 0.0, place.y + 0.0, point[2]];
@@ -61,7 +61,7 @@ impl DistinctPoints {
 
     /// For a triangulation that refuses what was checked here.
     pub(super) fn first_bad(&self) -> TinError {
-        TinError::BadPoint { index: 0, point: self.points.first().copied().unwrap_or_default() }
+        TinError::BadPoint { point: self.points.first().copied().unwrap_or_default() }
     }
 }
 
@@ -143,7 +143,7 @@ pub fn add_breaklines(
             let height_m = height_m.ok_or(TinError::BreaklineWithoutHeight { x, y })?;
             let place = mitigate_underflow(Point2::new(x, y));
             let vertex = insert(triangles, HeightPoint { place, height_m })
-                .ok_or(TinError::BadPoint { index: 0, point: [x, y, height_m] })?;
+                .ok_or(TinError::BadPoint { point: [x, y, height_m] })?;
             if let Some(last) = last {
                 add_piece(triangles, last, vertex);
             }

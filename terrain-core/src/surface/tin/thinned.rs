@@ -109,7 +109,7 @@ impl ThinnedMesh<'_> {
         let vertex = self
             .triangles
             .insert_with_hint(vertex, worst.corner)
-            .map_err(|_| TinError::BadPoint { index: worst.sample, point })?;
+            .map_err(|_| TinError::BadPoint { point })?;
         let edges = self.triangles.vertex(vertex).out_edges();
         let star: Vec<Corners> =
             edges.filter_map(|edge| edge.face().as_inner()).map(Corners::of).collect();
