@@ -16,6 +16,8 @@ use super::{GROUND_CLASS, PointCloud, name_of};
 
 /// Points decoded at a time.
 const BATCH: u64 = 1 << 16;
+/// Most points that room is made for before they are there.
+const MOST_RESERVED: u64 = 1 << 22;
 /// The record of GeoTIFF keys.
 const GEO_KEY_DIRECTORY: u16 = 34735;
 
@@ -103,7 +105,7 @@ fn check_compression(reader: &Reader) -> Result<(), String> {
 fn read_all(reader: &mut Reader, file_bytes: u64) -> las::Result<Vec<(u8, [f64; 3])>> {
     // A damaged header may promise any number; a point takes more than a bit of the file.
     let promised = reader.header().number_of_points().min(8 * file_bytes);
-    let mut points = Vec::with_capacity(promised as usize);
+    let mut points = Vec::with_capacity(promised.min(MOST_RESERVED) as usize);
     let mut batch = PointDataBuilder::new().for_header(reader.header()).build();
     while reader.fill_points(promised.clamp(1, BATCH), &mut batch)? > 0 {
         let places = batch.x().zip(batch.y()).zip(batch.z()).map(|((x, y), z)| [x, y, z]);
