@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use terrain_core::selection::{Strategy, Visibility};
+use terrain_core::selection::{Shortening, Strategy, Visibility};
 use terrain_core::{AntiAliasing, RendererSettings};
 
 use crate::arg_values::{exaggeration, number_within};
@@ -24,6 +24,12 @@ pub struct DrawingArgs {
     /// GPU saw; exact, only the tiles its pixels lie on
     #[arg(long, value_name = "VISIBILITY", default_value_t, value_parser = visibilities())]
     visibility: Visibility,
+
+    /// How rtt-quadtree and rtt-quadtree-gpu make a list of too many tiles short: farthest, the farthest
+    /// tiles are merged; least-error, those whose parent shows the smallest error, and tiles of which
+    /// nothing shows are left out
+    #[arg(long, value_name = "HOW", default_value_t, value_parser = shortenings())]
+    shortening: Shortening,
 
     /// Factor on all heights, from 0.01 to 1000
     #[arg(
@@ -95,6 +101,7 @@ impl DrawingArgs {
         RendererSettings {
             strategy: self.strategy,
             visibility: self.visibility,
+            shortening: self.shortening,
             cache_columns,
             cache_rows,
             max_tiles: self.max_tiles.unwrap_or(most_tiles),
@@ -125,6 +132,12 @@ pub fn strategies() -> impl TypedValueParser<Value = Strategy> {
 fn visibilities() -> impl TypedValueParser<Value = Visibility> {
     PossibleValuesParser::new(Visibility::ALL.map(Visibility::name))
         .try_map(|name| name.parse::<Visibility>())
+}
+
+/// A way to shorten by its name.
+fn shortenings() -> impl TypedValueParser<Value = Shortening> {
+    PossibleValuesParser::new(Shortening::ALL.map(Shortening::name))
+        .try_map(|name| name.parse::<Shortening>())
 }
 
 /// Slots of a cache: what a texture and the numbers of a table's entries have room for.

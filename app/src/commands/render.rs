@@ -14,7 +14,7 @@ use terrain_core::{CameraView, RendererSettings};
 
 use crate::drawing_args::{DrawingArgs, Size};
 use crate::ground::Ground;
-use crate::headless::Headless;
+use crate::headless::{Headless, Pace};
 use crate::progress::PhaseProgress;
 use crate::{flights, npy, output, pictures};
 
@@ -205,10 +205,10 @@ fn draw_frames(
     headless: &mut Headless,
     view: &CameraView,
 ) -> anyhow::Result<FrameRecord> {
-    let Some(frames) = args.frames else { return headless.draw(view, true) };
+    let Some(frames) = args.frames else { return headless.draw(view, Pace::Settled) };
     let mut record = FrameRecord::default();
     for _ in 0..frames {
-        record = headless.draw(view, false)?;
+        record = headless.draw(view, Pace::Free)?;
     }
     Ok(record)
 }

@@ -4,7 +4,7 @@ use egui::{Align2, Color32, Grid, RichText, Slider, SliderClamping, Ui};
 use glam::DVec3;
 use terrain_core::dataset::Manifest;
 use terrain_core::gpu::DebugImage;
-use terrain_core::selection::{Strategy, Visibility};
+use terrain_core::selection::{Shortening, Strategy, Visibility};
 use terrain_core::{AntiAliasing, DebugView, RendererSettings};
 
 use super::comparison::ComparisonSection;
@@ -115,6 +115,7 @@ impl Panel<'_> {
         let settings = &mut *self.settings;
         strategy_choice(ui, settings);
         visibility_choice(ui, settings);
+        shortening_choice(ui, settings);
         cache_choice(ui, settings);
         let slots = (settings.cache_columns * settings.cache_rows) as usize;
         ui.add(Slider::new(&mut settings.max_tiles, 1..=slots).text("MaxofTiles"))
@@ -223,6 +224,18 @@ pub(super) fn visibility_choice(ui: &mut Ui, settings: &mut RendererSettings) {
         |ui| {
             for visibility in Visibility::ALL {
                 ui.selectable_value(&mut settings.visibility, visibility, visibility.name());
+            }
+        },
+    );
+}
+
+/// Lets the user choose how too long a list is made short.
+pub(super) fn shortening_choice(ui: &mut Ui, settings: &mut RendererSettings) {
+    egui::ComboBox::from_label("too many tiles").selected_text(settings.shortening.name()).show_ui(
+        ui,
+        |ui| {
+            for shortening in Shortening::ALL {
+                ui.selectable_value(&mut settings.shortening, shortening, shortening.name());
             }
         },
     );

@@ -24,6 +24,8 @@ pub enum Knob {
     ReadbackLatency,
     /// What counts as visible: `box` or `exact`.
     Visibility,
+    /// How too long a list of tiles is made short: `farthest` or `least-error`.
+    Shortening,
     /// Datasets, for instance of the same sources in other encodings.
     Dataset,
 }
@@ -48,7 +50,7 @@ pub enum KnobError {
 
 impl Knob {
     /// All knobs and what they are called on the command line.
-    pub const NAMES: [(Self, &'static str); 8] = [
+    pub const NAMES: [(Self, &'static str); 9] = [
         (Self::TexelPx, "texel-px"),
         (Self::Detail, "detail"),
         (Self::Cache, "cache"),
@@ -56,6 +58,7 @@ impl Knob {
         (Self::CoordinateSize, "coordinate-size"),
         (Self::ReadbackLatency, "readback-latency"),
         (Self::Visibility, "visibility"),
+        (Self::Shortening, "shortening"),
         (Self::Dataset, "dataset"),
     ];
 
@@ -111,6 +114,10 @@ impl Knob {
                 let visibility = value.parse().map_err(|_| wrong(expected))?;
                 RendererSettings { visibility, ..settings }
             }
+            Self::Shortening => {
+                let shortening = value.parse().map_err(|_| wrong(expected))?;
+                RendererSettings { shortening, ..settings }
+            }
             Self::Dataset => settings,
         };
         // A run must not be called after a value that it was not drawn with.
@@ -129,6 +136,7 @@ impl Knob {
             Self::CoordinateSize => "two numbers from 8 to 2048, such as 160x90",
             Self::ReadbackLatency => "a number of frames from 0 to 16",
             Self::Visibility => "box or exact",
+            Self::Shortening => "farthest or least-error",
             Self::Dataset => "a folder",
         }
     }

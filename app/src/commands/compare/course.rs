@@ -14,7 +14,7 @@ use super::exact_pictures::ExactPictures;
 use super::film_strip::{StripPicture, film_strip};
 use super::plans::RunPlan;
 use super::worst_frames::{WorstFrame, WorstFrames};
-use crate::headless::Headless;
+use crate::headless::{Headless, Pace};
 
 /// A flight that every run flies, and how it is measured.
 pub struct Course {
@@ -35,8 +35,8 @@ pub struct Rules {
     pub size_px: [u32; 2],
     /// Every so manieth frame drawn is measured, beginning with the first.
     pub error_every: u64,
-    /// Whether every frame waits until nothing is missing.
-    pub settle: bool,
+    /// What frames wait for.
+    pub pace: Pace,
     /// Whether frames that are not measured go without a picture.
     pub only_measured: bool,
     /// Whether the flight is flown a second time with what the first has left in memory.
@@ -150,9 +150,9 @@ impl Course {
         let frame = self.frames[index];
         let view = self.view(frame);
         let mut record = if self.rules.only_measured && !is_measured {
-            headless.settle(&view)?
+            headless.advance(&view, self.rules.pace)?
         } else {
-            headless.draw(&view, self.rules.settle)?
+            headless.draw(&view, self.rules.pace)?
         };
         (record.frame, record.time_s) = (frame, self.flight.frame_time_s(frame));
         Ok(record)

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, ensure};
 use clap::Args;
-use terrain_core::dataset::{Dataset, HeightEncoding, Manifest, TileSource};
+use terrain_core::dataset::{Dataset, DelayedSource, HeightEncoding, Manifest, TileSource};
 use terrain_core::gpu::{AdapterChoice, GpuContext};
 use terrain_core::measure::sweep::{Knob, Sweep};
 use terrain_core::measure::{Flight, PlannedFlight};
@@ -29,7 +29,7 @@ use self::plans::RunPlan;
 use crate::arg_values::positive;
 use crate::commands::fly::frames_to_draw;
 use crate::drawing_args::{DrawingArgs, Size};
-use crate::headless::Headless;
+use crate::headless::{Headless, Pace};
 use crate::interrupt::flag_on_ctrl_c;
 use crate::progress::FrameProgress;
 use crate::{flights, output};
@@ -63,6 +63,8 @@ Knobs of a sweep, and a value of each:
   triangle-px=8            size of the mesh's triangles in pixels
   coordinate-size=160x90   size of the coordinate pass
   readback-latency=2       frames that the region in view is held back before it is used
+  visibility=exact         what counts as visible for rtt-quadtree: box or exact
+  shortening=least-error   which tiles are merged where there are too many: farthest or least-error
   dataset=FOLDER           another dataset of the same ground, for instance in another encoding;
                            errors are still measured against DATASET")]
 pub struct CompareArgs {
@@ -131,9 +133,19 @@ pub struct CompareArgs {
     #[arg(long)]
     settle: bool,
 
+    /// Wait before every frame for what earlier frames asked for, but not until nothing is missing (the
+    /// first frame does): what a flight shows and sends, the same on every run
+    #[arg(long, conflicts_with = "settle")]
+    in_step: bool,
+
+    /// Tiles come this many frames after they were asked for at the earliest, as from a slow disk or
+    /// over a network
+    #[arg(long, value_name = "FRAMES", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=600))]
+    load_delay: u32,
+
     /// Draw only the frames whose error is measured; of all others choose, load and send tiles: the same
-    /// tiles and bytes in less time, but no times of frames
-    #[arg(long, requires = "settle")]
+    /// tiles and bytes in less time, but no times of frames (with --settle or --in-step)
+    #[arg(long)]
     only_measured: bool,
 
     /// Fly every flight a second time with what the first has left in memory
@@ -186,6 +198,12 @@ fn seconds(text: &str) -> Result<Seconds, String> {
 
 /// Flies, measures and writes the report.
 pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
+    let pace = args.pace();
+    ensure!(
+        pace != Pace::Free || !args.only_measured,
+        "--only-measured: frames that do not wait need the time their pictures take; add --in-step or \
+         --settle"
+    );
     let source: Arc<dyn TileSource> = Arc::new(Dataset::open(&args.dataset)?);
     let gpu = Arc::new(GpuContext::headless(adapter)?);
     let settings = args.drawing.settings(1.0).for_adapter(gpu.is_software());
@@ -200,7 +218,7 @@ pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
     std::fs::create_dir_all(&args.out)
         .with_context(|| format!("{}: cannot make the folder", args.out.display()))?;
     let mut exact = ExactPictures::new(Arc::clone(&source), &settings)?;
-    let runs = fly_all(&courses, &plans, &gpu, &mut exact)?;
+    let runs = fly_all(&courses, &plans, args.load_delay, &gpu, &mut exact)?;
     let scene = Scene {
         dataset: name_of(&args.dataset),
         encoding: encoding(source.manifest()),
@@ -208,7 +226,8 @@ pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
         adapter: gpu.adapter_name(),
         is_software: gpu.is_software(),
         size_px: args.size.0,
-        settle: args.settle,
+        pace: args.pace(),
+        load_delay_frames: args.load_delay,
         error_every: args.error_every,
         only_measured: args.only_measured,
         knob: sweep.map(|sweep| sweep.knob),
@@ -219,10 +238,19 @@ pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
     output::print(&page.text())
 }
 
+/// The source with its tiles so many frames late.
+fn delayed(source: &Arc<dyn TileSource>, delay_frames: u32) -> Arc<dyn TileSource> {
+    match delay_frames {
+        0 => Arc::clone(source),
+        _ => Arc::new(DelayedSource { source: Arc::clone(source), delay_frames }),
+    }
+}
+
 /// Every run of every flight; each begins with empty caches.
 fn fly_all(
     courses: &[Course],
     plans: &[RunPlan],
+    delay_frames: u32,
     gpu: &Arc<GpuContext>,
     exact: &mut ExactPictures,
 ) -> anyhow::Result<Vec<RunResult>> {
@@ -232,7 +260,7 @@ fn fly_all(
     for course in courses {
         exact.begin_flight();
         for plan in plans {
-            let source = Arc::clone(&plan.source);
+            let source = delayed(&plan.source, delay_frames);
             let size_px = course.rules.size_px;
             let mut headless = Headless::on(Arc::clone(gpu), source, plan.settings, size_px)?;
             runs.push(course.fly(plan, &mut headless, exact, &mut || {
@@ -246,6 +274,14 @@ fn fly_all(
 }
 
 impl CompareArgs {
+    fn pace(&self) -> Pace {
+        match (self.settle, self.in_step) {
+            (true, _) => Pace::Settled,
+            (_, true) => Pace::InStep,
+            _ => Pace::Free,
+        }
+    }
+
     /// What is swept, if anything.
     fn sweep(&self) -> Option<Sweep> {
         let qualities =
@@ -281,7 +317,7 @@ fn courses(
     let rules = Rules {
         size_px: args.size.0,
         error_every: args.error_every,
-        settle: args.settle,
+        pace: args.pace(),
         only_measured: args.only_measured,
         warm: args.warm,
         worst_kept: match names.len() * runs_a_flight {

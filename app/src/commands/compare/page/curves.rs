@@ -60,7 +60,7 @@ pub fn add(report: &mut HtmlReport, scene: &Scene, runs: &[RunResult]) -> Result
     report.heading("Over the flights");
     scene.add_rate_notes(report);
     let costs: &[Curve] =
-        if scene.settle { &[CPU_TIME, UPLOAD] } else { &[FRAME_RATE, CPU_LOAD, UPLOAD] };
+        if scene.settles() { &[CPU_TIME, UPLOAD] } else { &[FRAME_RATE, CPU_LOAD, UPLOAD] };
     let many_strategies = distinct(runs.iter().map(|run| run.strategy)).len() > 1;
     for flight in distinct(runs.iter().map(|run| run.flight.as_str())) {
         report.subheading(flight);

@@ -30,7 +30,7 @@ pub fn add(
          those and what is read back. A KB has 1024 bytes. Means over the frames of a flight, and over \
          the flights.",
     );
-    let time = RunTime::of(runs, scene.settle);
+    let time = RunTime::of(runs, scene.settles());
     for comparison in comparisons {
         report.subheading(title(comparison));
         match comparison.equal {
@@ -86,7 +86,7 @@ fn add_as_given(
             typical.iter().map(|run| value(run)).sum::<f64>() / typical.len() as f64
         };
         let mut row = row(comparison, strategy);
-        let flown = !scene.settle;
+        let flown = !scene.settles();
         row.push(number(flown.then(|| mean(&RunSummary::frames_a_second)), 1));
         row.push(number(Some(mean(&|run| run.error("flip_mean"))), 4));
         row.push(number(Some(mean(&|run| run.error("screen_error_px_p99"))), 2));
