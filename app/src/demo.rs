@@ -7,8 +7,9 @@ use std::sync::atomic::AtomicBool;
 use anyhow::{Context, bail};
 use terrain_core::dataset::{Dataset, TileSource};
 use terrain_core::measure::Flight;
-use terrain_core::prepare::{NoProgress, PrepareRequest, prepare};
+use terrain_core::prepare::{PrepareRequest, prepare};
 
+use crate::progress::PhaseProgress;
 use crate::{flights, output};
 
 /// Where the sources lie in the repository, and where the dataset made of them goes.
@@ -85,6 +86,9 @@ fn prepare_at(root: &Path, folder: &Path) -> anyhow::Result<Dataset> {
             folder.to_owned(),
         )
     };
-    prepare(&request, &NoProgress, &AtomicBool::new(false))?;
+    let bar = PhaseProgress::new();
+    let prepared = prepare(&request, &bar, &AtomicBool::new(false));
+    bar.clear();
+    prepared?;
     Ok(Dataset::open(folder)?)
 }

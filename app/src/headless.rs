@@ -8,7 +8,7 @@ use serde::Serialize;
 use terrain_core::dataset::TileSource;
 use terrain_core::gpu::{AdapterChoice, GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
 use terrain_core::measure::FrameRecord;
-use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
+use terrain_core::{CameraView, NoProgress, Progress, RendererSettings, TerrainRenderer};
 
 use crate::output;
 
@@ -69,14 +69,32 @@ impl Headless {
     /// # Errors
     /// Where the device fails.
     pub fn draw(&mut self, view: &CameraView, pace: Pace) -> anyhow::Result<FrameRecord> {
-        let settles = self.begin(pace)?;
+        if self.begin(pace)? {
+            return self.draw_settled(view, &NoProgress);
+        }
         let started = Instant::now();
-        let target = self.target.view();
-        let mut record = if settles {
-            self.renderer.render_settled(view, target, OFFSCREEN_FORMAT)?
-        } else {
-            self.renderer.render(view, target, OFFSCREEN_FORMAT)?
-        };
+        let record = self.renderer.render(view, self.target.view(), OFFSCREEN_FORMAT)?;
+        self.finish(record, started)
+    }
+
+    /// Draws frames until nothing is missing, telling how many tiles have come, and waits for them.
+    /// The record tells the whole time.
+    ///
+    /// # Errors
+    /// Where the device fails.
+    pub fn draw_settled(
+        &mut self,
+        view: &CameraView,
+        progress: &dyn Progress,
+    ) -> anyhow::Result<FrameRecord> {
+        let started = Instant::now();
+        let mut record = self.renderer.settle_with(view, progress)?;
+        record.add_work_of(&self.renderer.render(view, self.target.view(), OFFSCREEN_FORMAT)?);
+        self.finish(record, started)
+    }
+
+    /// Waits for what was drawn and completes its record.
+    fn finish(&mut self, mut record: FrameRecord, started: Instant) -> anyhow::Result<FrameRecord> {
         self.gpu.wait()?;
         record.frame_ms = started.elapsed().as_secs_f64() * 1.0e3;
         // The renderer could tell only of an earlier picture.

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use terrain_core::prepare::Progress;
+use terrain_core::Progress;
 
 /// Shorter work shows no bar.
 const PATIENCE: Duration = Duration::from_secs(1);

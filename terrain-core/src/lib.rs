@@ -69,6 +69,7 @@ pub mod measure;
 mod method;
 pub mod precision;
 pub mod prepare;
+mod progress;
 pub mod reference;
 pub mod renderer_settings;
 pub mod residency;
@@ -82,5 +83,6 @@ mod terrain_renderer;
 pub mod tiling;
 
 pub use camera_view::{CameraError, CameraView};
+pub use progress::{NoProgress, Progress};
 pub use renderer_settings::{AntiAliasing, DebugView, LookupMethod, RendererSettings};
 pub use terrain_renderer::{RenderError, TerrainRenderer};

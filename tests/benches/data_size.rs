@@ -18,7 +18,7 @@ use terrain_core::selection::{
 };
 use terrain_core::tiling::Extent;
 use terrain_core::{CameraView, RendererSettings};
-use terrain_tests::{Bench, NestedSources, Surface};
+use terrain_tests::{Bench, NestedSources};
 
 const SIZE_PX: [u32; 2] = [1280, 720];
 const FRAMES: u32 = 60;
@@ -30,18 +30,7 @@ const TIMED: u32 = 3;
 const FLIGHTS: [(&str, f64); 2] =
     [("down, the same ground in view", -55.0), ("to the horizon", -10.0)];
 
-const SOURCES: NestedSources = NestedSources {
-    surface: || Surface {
-        height_m: |p| {
-            900.0 * (p.x / 4000.0).sin() * (p.y / 5000.0).cos() + 200.0 * (p.x / 900.0).sin()
-        },
-        colour: |p| {
-            let waves = (p.x / 37.0).sin() * (p.y / 53.0).cos();
-            [(140.0 + 40.0 * waves) as u8, 130, (90.0 - 30.0 * waves) as u8]
-        },
-    },
-    tile_sizes_texels: [128, 384],
-};
+const SOURCES: NestedSources = NestedSources { tile_sizes_texels: [128, 384] };
 
 fn view(frame: f64, pitch_deg: f64) -> CameraView {
     CameraView {
@@ -75,7 +64,7 @@ fn main() {
                 };
                 let benches = sources
                     .each_ref()
-                    .map(|source| Bench::new(source.clone(), settings, SIZE_PX).unwrap().unwrap());
+                    .map(|source| Bench::new(source.clone(), settings).unwrap().unwrap());
                 let mut case = fly(benches, frames, pitch_deg);
                 case["strategy"] = json!(strategy.name());
                 case["cache"] = json!(format!("{slots}x{slots}"));

@@ -3,13 +3,11 @@ use std::sync::Arc;
 use glam::{DVec2, dvec2};
 use terrain_core::tiling::TileId;
 
-use crate::{AnalyticSource, Surface};
+use crate::{AnalyticSource, Ridges};
 
-/// A source of 2^13 texels a side, and ones larger by powers of two of which it is a tile: the same
-/// ground under the same tiles, with more round it.
+/// A source of [`Ridges`] of 2^13 texels a side, and ones larger by powers of two of which it is a tile:
+/// the same ground under the same tiles, with more round it.
 pub struct NestedSources {
-    /// Makes the ground.
-    pub surface: fn() -> Surface,
     /// Texels along a side of the tiles of heights and colours.
     pub tile_sizes_texels: [u32; 2],
 }
@@ -34,7 +32,7 @@ impl NestedSources {
         let north_west = (dvec2(-0.5, 0.5) - dvec2(tile.x, -tile.y)) * Self::SMALLEST_M;
         let centre = north_west + dvec2(0.5, -0.5) * factor * Self::SMALLEST_M;
         let levels = [Self::SMALLEST_LEVELS + extra_levels; 2];
-        AnalyticSource::new((self.surface)(), centre, factor * Self::SMALLEST_M, levels)
+        AnalyticSource::new(Ridges::surface(), centre, factor * Self::SMALLEST_M, levels)
             .with_surface_about(DVec2::ZERO)
             .with_tile_sizes(self.tile_sizes_texels)
     }

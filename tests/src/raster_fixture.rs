@@ -1,13 +1,15 @@
 use std::fs::File;
 use std::path::Path;
 
-use tiff::encoder::colortype::{ColorType, Gray32Float, GrayI16, RGB8};
+use tiff::encoder::colortype::{ColorType, Gray16, Gray32Float, GrayI16, RGB8};
 use tiff::encoder::compression::DeflateLevel;
 use tiff::encoder::{
     Compression, DirectoryEncoder, Predictor, TiffEncoder, TiffKind, TiffKindBig, TiffKindStandard,
     TiffValue,
 };
 use tiff::tags::Tag;
+
+use crate::tiled_tiff::{TileForm, differences_of_rgba, differences_of_u16, planes_of_f32};
 
 /// How a GeoTIFF is written for a case, and where it says it lies.
 #[derive(Clone, Debug)]
@@ -43,12 +45,22 @@ pub enum Storage {
     Big,
     /// Tiles of 32 x 48 texels, not compressed.
     Tiled,
+    /// The same deflated, with the predictor that suits the samples. Pictures without coverage are not
+    /// written in tiles.
+    DeflatedTiles,
 }
 
 impl Storage {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Plain, Self::Deflate, Self::Lzw, Self::PackBits, Self::Big, Self::Tiled];
+    pub const ALL: [Self; 7] = [
+        Self::Plain,
+        Self::Deflate,
+        Self::Lzw,
+        Self::PackBits,
+        Self::Big,
+        Self::Tiled,
+        Self::DeflatedTiles,
+    ];
 }
 
 type WriteResult = tiff::TiffResult<()>;
@@ -66,18 +78,54 @@ impl RasterFixture {
     /// # Errors
     /// Where the file cannot be written.
     pub fn write_i16(&self, path: &Path, heights: &[i16]) -> WriteResult {
-        if self.storage == Storage::Tiled {
-            return self.write_tiled(path, heights);
-        }
-        self.write::<GrayI16>(path, heights)
+        let Some(predictor) = self.tile_predictor((2, differences_of_u16 as _)) else {
+            return self.write::<GrayI16>(path, heights);
+        };
+        let cells = heights.iter().map(|height| height.to_le_bytes()).collect::<Vec<_>>();
+        self.write_tiles(path, &cells, &TileForm { bits: &[16], sample_format: 2, predictor })
     }
 
-    /// Writes float heights.
+    /// Writes 16-bit heights without a sign.
+    ///
+    /// # Errors
+    /// Where the file cannot be written.
+    pub fn write_u16(&self, path: &Path, heights: &[u16]) -> WriteResult {
+        let Some(predictor) = self.tile_predictor((2, differences_of_u16 as _)) else {
+            return self.write::<Gray16>(path, heights);
+        };
+        let cells = heights.iter().map(|height| height.to_le_bytes()).collect::<Vec<_>>();
+        self.write_tiles(path, &cells, &TileForm { bits: &[16], sample_format: 1, predictor })
+    }
+
+    /// Writes float heights; in deflated tiles by the predictor for floats.
     ///
     /// # Errors
     /// Where the file cannot be written.
     pub fn write_f32(&self, path: &Path, heights: &[f32]) -> WriteResult {
-        self.write::<Gray32Float>(path, heights)
+        let Some(predictor) = self.tile_predictor((3, planes_of_f32 as _)) else {
+            return self.write::<Gray32Float>(path, heights);
+        };
+        let cells = heights.iter().map(|height| height.to_le_bytes()).collect::<Vec<_>>();
+        self.write_tiles(path, &cells, &TileForm { bits: &[32], sample_format: 3, predictor })
+    }
+
+    /// Writes a picture of colours and coverage, in deflated tiles whatever the storage.
+    ///
+    /// # Errors
+    /// Where the file cannot be written.
+    pub fn write_rgba(&self, path: &Path, rgba: &[[u8; 4]]) -> WriteResult {
+        let predictor = Some((2, differences_of_rgba as _));
+        self.write_tiles(path, rgba, &TileForm { bits: &[8; 4], sample_format: 1, predictor })
+    }
+
+    /// What becomes of the rows of tiles: this where they are deflated, nothing where they are not; `None`
+    /// where there are no tiles.
+    fn tile_predictor<P>(&self, predictor: P) -> Option<Option<P>> {
+        match self.storage {
+            Storage::Tiled => Some(None),
+            Storage::DeflatedTiles => Some(Some(predictor)),
+            _ => None,
+        }
     }
 
     /// Writes a picture of three bytes a pixel.
@@ -111,7 +159,7 @@ impl RasterFixture {
         let is_float = C::SAMPLE_FORMAT[0] == tiff::tags::SampleFormat::IEEEFP;
         let predictor = if is_float { Predictor::None } else { Predictor::Horizontal };
         let mut encoder = match self.storage {
-            Storage::Plain | Storage::Tiled => encoder,
+            Storage::Plain | Storage::Tiled | Storage::DeflatedTiles => encoder,
             Storage::Deflate => encoder.with_compression(deflate).with_predictor(predictor),
             Storage::Lzw => encoder.with_compression(Compression::Lzw).with_predictor(predictor),
             Storage::PackBits => encoder.with_compression(Compression::Packbits),
@@ -123,40 +171,7 @@ impl RasterFixture {
         image.write_data(samples)
     }
 
-    fn write_tiled(&self, path: &Path, heights: &[i16]) -> WriteResult {
-        const TILE: [u32; 2] = [32, 48];
-        let mut encoder = TiffEncoder::new(File::create(path)?)?;
-        let mut directory = encoder.image_directory()?;
-        let (mut offsets, mut lengths) = (Vec::new(), Vec::new());
-        for row in 0..self.size[1].div_ceil(TILE[1]) {
-            for column in 0..self.size[0].div_ceil(TILE[0]) {
-                let texel = |index: u32| {
-                    let x = column * TILE[0] + index % TILE[0];
-                    let y = row * TILE[1] + index / TILE[0];
-                    let inside = x < self.size[0] && y < self.size[1];
-                    if inside { heights[(y * self.size[0] + x) as usize] } else { 0 }
-                };
-                let tile: Vec<i16> = (0..TILE[0] * TILE[1]).map(texel).collect();
-                offsets.push(directory.write_data(&tile[..])? as u32);
-                lengths.push(2 * TILE[0] * TILE[1]);
-            }
-        }
-        directory.write_tag(Tag::ImageWidth, self.size[0])?;
-        directory.write_tag(Tag::ImageLength, self.size[1])?;
-        directory.write_tag(Tag::BitsPerSample, 16_u16)?;
-        directory.write_tag(Tag::Compression, 1_u16)?;
-        directory.write_tag(Tag::PhotometricInterpretation, 1_u16)?;
-        directory.write_tag(Tag::SamplesPerPixel, 1_u16)?;
-        directory.write_tag(Tag::SampleFormat, 2_u16)?;
-        directory.write_tag(Tag::TileWidth, TILE[0])?;
-        directory.write_tag(Tag::TileLength, TILE[1])?;
-        directory.write_tag(Tag::TileOffsets, &offsets[..])?;
-        directory.write_tag(Tag::TileByteCounts, &lengths[..])?;
-        self.write_geo_tags(&mut directory)?;
-        directory.finish()
-    }
-
-    fn write_geo_tags<K: TiffKind>(
+    pub(crate) fn write_geo_tags<K: TiffKind>(
         &self,
         directory: &mut DirectoryEncoder<'_, File, K>,
     ) -> WriteResult {

@@ -5,18 +5,16 @@ use std::time::Duration;
 use terrain_core::dataset::{ColourTile, HeightTile, LoadError, Loaded, Manifest, TileSource};
 use terrain_core::tiling::{TileId, TileSet};
 
-use crate::AnalyticSource;
-
 /// A source whose finer tiles come late, or never.
 pub struct Reluctant {
-    inner: Arc<AnalyticSource>,
+    inner: Arc<dyn TileSource>,
     refuses: bool,
     released: AtomicBool,
 }
 
 impl Reluctant {
     /// Tiles below level 0 come once they are released, or never where it refuses.
-    pub fn new(inner: Arc<AnalyticSource>, refuses: bool) -> Arc<Self> {
+    pub fn new(inner: Arc<dyn TileSource>, refuses: bool) -> Arc<Self> {
         Arc::new(Self { inner, refuses, released: AtomicBool::new(false) })
     }
 

@@ -7,9 +7,8 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, dvec2, dvec3};
-use terrain_core::gpu::{OFFSCREEN_FORMAT, OffscreenTarget};
-use terrain_core::{AntiAliasing, CameraView, DebugView, RendererSettings, TerrainRenderer};
-use terrain_tests::{AnalyticSource, Picture, Surface, gpu};
+use terrain_core::{AntiAliasing, CameraView, DebugView, RendererSettings};
+use terrain_tests::{AnalyticSource, Bench, Picture, Surface};
 
 const SIZE_PX: [u32; 2] = [320, 180];
 const ROOT_SIZE_M: f64 = 65_536.0;
@@ -30,12 +29,9 @@ fn view() -> CameraView {
 }
 
 fn drawn(settings: RendererSettings) -> Option<Picture> {
-    let gpu = gpu()?;
     let source = Arc::new(AnalyticSource::new(ridge(), DVec2::ZERO, ROOT_SIZE_M, [5, 3]));
-    let mut renderer = TerrainRenderer::new(Arc::clone(&gpu), source, settings).unwrap();
-    let target = OffscreenTarget::new(&gpu, SIZE_PX);
-    renderer.render_settled(&view(), target.view(), OFFSCREEN_FORMAT).unwrap();
-    Picture::read(&gpu, &target).ok()
+    let mut bench = Bench::new(source, settings).unwrap()?;
+    Some(bench.settled_picture(&view()).unwrap())
 }
 
 fn with(anti_aliasing: AntiAliasing) -> RendererSettings {

@@ -16,26 +16,12 @@ use terrain_core::measure::FrameRecord;
 use terrain_core::selection::{SelectionConfig, Strategy, TileTree, select_by_frustum};
 use terrain_core::tiling::TileId;
 use terrain_core::{CameraView, RendererSettings};
-use terrain_tests::{AnalyticSource, Bench, NestedSources, Surface};
+use terrain_tests::{AnalyticSource, Bench, NestedSources};
 
 const SIZE_PX: [u32; 2] = [320, 180];
 /// 2^18 instead of 2^13 texels.
 const EXTRA_LEVELS: u8 = 5;
-fn sources() -> NestedSources {
-    NestedSources { surface: mountains, tile_sizes_texels: [128, 128] }
-}
-
-fn mountains() -> Surface {
-    Surface {
-        height_m: |p| {
-            900.0 * (p.x / 4000.0).sin() * (p.y / 5000.0).cos() + 200.0 * (p.x / 900.0).sin()
-        },
-        colour: |p| {
-            let waves = (p.x / 37.0).sin() * (p.y / 53.0).cos();
-            [(140.0 + 40.0 * waves) as u8, 130, (90.0 - 30.0 * waves) as u8]
-        },
-    }
-}
+const SOURCES: NestedSources = NestedSources { tile_sizes_texels: [128, 128] };
 
 /// Frames of a straight flight, 60 m a frame, that keeps within a quarter of the smaller source: at its
 /// middle lines its own level 0 comes and goes as a tile of the larger one.
@@ -101,7 +87,11 @@ impl Costs {
 
     /// Says by how many percent the costs have grown; returns that of the bytes.
     fn growth(&self, strategy: Strategy) -> f64 {
-        let growth = |[small, large]: [u64; 2]| 100.0 * (large as f64 / small as f64 - 1.0);
+        // Of what one has none of, so has the other.
+        let growth = |[small, large]: [u64; 2]| match small == large {
+            true => 0.0,
+            false => 100.0 * (large as f64 / small as f64 - 1.0),
+        };
         let [bytes, tiles, triangles] = [self.bytes, self.tiles, self.triangles].map(growth);
         println!(
             "{strategy}: {bytes:.1} % more bytes, {tiles:.1} % more tiles on the list, \
@@ -114,14 +104,14 @@ impl Costs {
 /// A renderer of each source; `None` where there is no GPU.
 fn benches(sources: &[Arc<AnalyticSource>; 2], strategy: Strategy) -> Option<[Bench; 2]> {
     let bench = |source: &Arc<AnalyticSource>| {
-        Bench::new(Arc::clone(source) as _, settings(strategy), SIZE_PX).unwrap()
+        Bench::new(Arc::clone(source) as _, settings(strategy)).unwrap()
     };
     Some([bench(&sources[0])?, bench(&sources[1])?])
 }
 
 #[test]
 fn over_the_same_ground_a_frame_costs_the_same_but_for_an_ancestor_a_level() {
-    let sources = [0, EXTRA_LEVELS].map(|extra| sources().source(extra));
+    let sources = [0, EXTRA_LEVELS].map(|extra| SOURCES.source(extra));
     for strategy in [Strategy::RttQuadtree, Strategy::RttQuadtreeGpu, Strategy::CpuFrustum] {
         let Some([mut small, mut large]) = benches(&sources, strategy) else { return };
         let mut costs = Costs::default();
@@ -141,13 +131,10 @@ fn over_the_same_ground_a_frame_costs_the_same_but_for_an_ancestor_a_level() {
     }
 }
 
-/// The mesh made on the CPU covers all the data, in sight or not: more triangles where there is more
-/// ground round the view. They are sent once, with the first frame.
-#[test]
-fn a_mesh_of_all_the_data_has_more_triangles_and_moves_the_same_bytes() {
-    let sources = [0, EXTRA_LEVELS].map(|extra| sources().source(extra));
-    let strategy = Strategy::CpuMesh;
-    let Some([mut small, mut large]) = benches(&sources, strategy) else { return };
+/// What the flight costs over both sources; `None` where there is no GPU.
+fn fly(strategy: Strategy) -> Option<Costs> {
+    let sources = [0, EXTRA_LEVELS].map(|extra| SOURCES.source(extra));
+    let [mut small, mut large] = benches(&sources, strategy)?;
     let mut costs = Costs::default();
     for (frame, view) in flight(-55.0).enumerate() {
         let records = [small.settle(&view).unwrap(), large.settle(&view).unwrap()];
@@ -155,16 +142,36 @@ fn a_mesh_of_all_the_data_has_more_triangles_and_moves_the_same_bytes() {
             costs.add(&records);
         }
     }
-    let bytes = costs.growth(strategy);
-    assert!(bytes.abs() < 5.0, "{strategy}: {bytes} %");
+    Some(costs)
+}
+
+/// The mesh made on the CPU covers all the data, in sight or not: more triangles where there is more
+/// ground round the view. They are sent once, with the first frame.
+#[test]
+fn a_mesh_of_all_the_data_has_more_triangles_and_moves_the_same_bytes() {
+    let Some(costs) = fly(Strategy::CpuMesh) else { return };
+    let bytes = costs.growth(Strategy::CpuMesh);
+    assert!(bytes.abs() < 5.0, "{bytes} %");
+}
+
+/// A clipmap's windows cover the same number of texels a level, however large the data, and each level's
+/// move half as far as the next finer one's. Of the smaller source the three coarsest levels are whole in
+/// their windows: the four that move send 1 + 1/2 + 1/4 + 1/8 times what the finest does, where any
+/// number of levels sends twice as much at the most.
+#[test]
+fn windows_move_the_same_bytes_but_for_the_coarsest_levels() {
+    let Some(costs) = fly(Strategy::Clipmap) else { return };
+    let bytes = costs.growth(Strategy::Clipmap);
+    let of_texels = 100.0 * (2.0 / 1.875 - 1.0);
+    assert!(bytes < of_texels + 1.0, "{bytes} %");
 }
 
 #[test]
 fn ranges_of_larger_tiles_split_more() {
     // As many levels as a dataset keeps the ranges of, and all but the finest.
-    let few = sources().source_without_ranges(EXTRA_LEVELS);
+    let few = SOURCES.source_without_ranges(EXTRA_LEVELS);
     let few = few.with_height_ranges(HeightRanges::MAX_LEVELS);
-    let trees = [TileTree::of_source(&few), TileTree::of_source(&*sources().source(EXTRA_LEVELS))];
+    let trees = [TileTree::of_source(&few), TileTree::of_source(&*SOURCES.source(EXTRA_LEVELS))];
     let config = SelectionConfig { max_tiles: 4_096, ..Default::default() };
     let tiles = trees.map(|tree| {
         let lists = flight(-55.0).map(|view| select_by_frustum(&tree, &view, &config));
@@ -176,11 +183,10 @@ fn ranges_of_larger_tiles_split_more() {
 
 #[test]
 fn towards_the_horizon_a_list_without_limit_grows_by_the_levels_and_not_by_the_size() {
-    let sources = sources();
     let config = SelectionConfig { max_tiles: 4_096, ..Default::default() };
     let counts: Vec<usize> = (0..=EXTRA_LEVELS)
         .map(|extra_levels| {
-            let tree = TileTree::of_source(&*sources.source(extra_levels));
+            let tree = TileTree::of_source(&*SOURCES.source(extra_levels));
             let lists = flight(-10.0).map(|view| select_by_frustum(&tree, &view, &config));
             lists.map(|list| list.tiles.len()).max().unwrap_or(0)
         })

@@ -7,10 +7,9 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use glam::{DVec2, dvec3};
-use terrain_core::gpu::{OFFSCREEN_FORMAT, OffscreenTarget};
-use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
-use terrain_tests::{AnalyticSource, Picture, Surface, gpu};
+use glam::{DVec2, DVec3, dvec3};
+use terrain_core::{CameraView, RendererSettings};
+use terrain_tests::{AnalyticSource, Bench, Surface};
 
 const SIZE_PX: [u32; 2] = [320, 180];
 const ROOT_SIZE_M: f64 = 65_536.0;
@@ -48,22 +47,20 @@ struct Drawn {
 }
 
 fn draw(anisotropy: u32) -> Option<Drawn> {
-    let gpu = gpu()?;
     let source = Arc::new(AnalyticSource::new(level_ground(), DVec2::ZERO, ROOT_SIZE_M, [4, 7]));
     let settings = RendererSettings { anisotropy, ..Default::default() };
-    let mut renderer = TerrainRenderer::new(Arc::clone(&gpu), source, settings).unwrap();
-    let target = OffscreenTarget::new(&gpu, SIZE_PX);
-    renderer.render_settled(&view(), target.view(), OFFSCREEN_FORMAT).unwrap();
-    let picture = Picture::read(&gpu, &target).unwrap();
-    let levels = renderer.selection().tiles.iter().map(|tile| tile.level).collect::<BTreeSet<_>>();
-    let tiles = renderer.selection().tiles.len();
+    let mut bench = Bench::new(source, settings).unwrap()?;
+    let picture = bench.settled_picture(&view()).unwrap();
+    let tiles = &bench.renderer.selection().tiles;
+    let levels = tiles.iter().map(|tile| tile.level).collect::<BTreeSet<_>>();
+    let tiles = tiles.len();
     println!("{tiles} tiles of levels {levels:?}");
     assert!(levels.len() >= 4 && tiles >= 16, "{tiles} tiles of levels {levels:?}");
-    let expected = |&[x, y, z]: &[f64; 3]| {
-        let is_far = dvec3(x, y, z).distance(view().eye) > MOST_DISTANCE_M;
-        if is_far { f64::NAN } else { ramp(x) }
+    let expected = |point: &DVec3| {
+        let is_far = point.distance(view().eye) > MOST_DISTANCE_M;
+        if is_far { f64::NAN } else { ramp(point.x) }
     };
-    let points = renderer.ground_coordinates(&view()).unwrap();
+    let points = bench.ground_points(&view()).unwrap();
     Some(Drawn {
         red: picture.rgba.chunks_exact(4).map(|pixel| f64::from(pixel[0])).collect(),
         expected: points.iter().map(expected).collect(),

@@ -91,6 +91,32 @@ fn a_picture_at_the_texels_own_scale_is_kept_and_cut_to_the_heights() {
 }
 
 #[test]
+fn a_picture_with_coverage_keeps_it_and_the_colours_under_it() {
+    let folder = tempfile::tempdir().unwrap();
+    // Texels of 10 m, as many as the heights' level has; every third column is covered in part.
+    // Colours weigh by their coverage: of what is hardly covered little is left.
+    let side = 192_u32;
+    let texel = |index: u32| {
+        let (x, y) = (index % side, index / side);
+        let coverage = if x.is_multiple_of(3) { 128 + (y % 128) as u8 } else { 255 };
+        [(x % 251) as u8, (y % 241) as u8, ((x * y) % 239) as u8, coverage]
+    };
+    let rgba = (0..side * side).map(texel).collect::<Vec<_>>();
+    RasterFixture::utm([side; 2], ORIGIN, 10.0)
+        .write_rgba(&folder.path().join("dom.tif"), &rgba)
+        .unwrap();
+    let dataset = open(&request(folder.path()));
+    let (texels, stride) = level_of(&dataset, 1);
+    for (index, expected) in rgba.iter().enumerate() {
+        let (x, y) = (index % side as usize, index / side as usize);
+        let texel = texels[y * stride + x];
+        let off = (0..4).map(|channel| texel[channel].abs_diff(expected[channel])).max().unwrap();
+        let most = u8::from(expected[3] < 255);
+        assert!(off <= most && texel[3] == expected[3], "{x} {y}: {texel:?}, not {expected:?}");
+    }
+}
+
+#[test]
 fn coarser_levels_average_light_and_coverage() {
     let folder = tempfile::tempdir().unwrap();
     // Covers a part only: 61 x 45 texels of 10 m from the middle of the heights.

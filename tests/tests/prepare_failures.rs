@@ -126,7 +126,7 @@ fn what_is_no_dataset_is_not_overwritten_and_a_dataset_is() {
     std::fs::remove_file(request.out.join("letter.txt")).unwrap();
     for _ in 0..2 {
         prepare(&request, &NoProgress, &AtomicBool::new(false)).unwrap();
-        assert!(Dataset::open(&request.out).unwrap().inspect(true).faults.is_empty());
+        assert!(Dataset::open(&request.out).unwrap().inspect(true, &NoProgress).faults.is_empty());
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "dem.tif and out");
 }
@@ -164,14 +164,14 @@ fn a_damaged_dataset_says_what_is_wrong() {
     damaged[16 * 1024 + 500] ^= 1;
     std::fs::write(&archive, &damaged).unwrap();
     let dataset = Dataset::open(&request.out).unwrap();
-    let faults = dataset.inspect(true).faults;
+    let faults = dataset.inspect(true, &NoProgress).faults;
     assert!(faults.len() == 1 && faults[0].contains("checksum"), "{faults:?}");
     assert_eq!(dataset.heights_present().len(), 1);
     drop(dataset);
     for length in (0..whole.len()).step_by(1009) {
         std::fs::write(&archive, &whole[..length]).unwrap();
         if let Ok(dataset) = Dataset::open(&request.out) {
-            assert!(!dataset.inspect(true).faults.is_empty(), "cut to {length}");
+            assert!(!dataset.inspect(true, &NoProgress).faults.is_empty(), "cut to {length}");
         }
     }
     std::fs::write(request.out.join("manifest.json"), "{\"version\": 77}").unwrap();

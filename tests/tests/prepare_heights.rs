@@ -123,6 +123,46 @@ fn a_projected_raster_keeps_its_samples_and_its_grid_in_every_form_of_tiff() {
 }
 
 #[test]
+fn heights_without_a_sign_keep_their_upper_half() {
+    for storage in [Storage::Deflate, Storage::DeflatedTiles] {
+        let folder = tempfile::tempdir().unwrap();
+        let (width, height) = (101_u32, 77);
+        // Up to 65 534 m: what would be below zero with a sign.
+        let heights: Vec<u16> = (0..width * height)
+            .map(|index| if index % 53 == 0 { 65_535 } else { (index * 8 % 65_535) as u16 })
+            .collect();
+        let fixture = RasterFixture {
+            nodata: Some("65535"),
+            storage,
+            ..RasterFixture::utm([width, height], ORIGIN, 30.0)
+        };
+        fixture.write_u16(&folder.path().join("dem.tif"), &heights).unwrap();
+        let (dataset, _) = run(&request(folder.path(), &["dem.tif"]));
+        let metres = |&height: &u16| if height == 65_535 { f64::NAN } else { f64::from(height) };
+        let raster = heights.iter().map(metres).collect::<Vec<_>>();
+        check_level(&dataset, 2, &raster, width as usize, 0.0);
+    }
+}
+
+#[test]
+fn floats_by_the_predictor_for_floats_are_kept_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let (width, height) = (101_u16, 77);
+    let heights: Vec<f32> =
+        (0..width * height).map(|i| 1500.0 - 1700.0 * (f32::from(i) * 0.0171).sin()).collect();
+    let fixture = RasterFixture {
+        storage: Storage::DeflatedTiles,
+        ..RasterFixture::utm([u32::from(width), u32::from(height)], ORIGIN, 10.0)
+    };
+    fixture.write_f32(&folder.path().join("dem.tif"), &heights).unwrap();
+    let mut request = request(folder.path(), &["dem.tif"]);
+    request.height_encoding = HeightEncoding::Float;
+    let (dataset, _) = run(&request);
+    let raster: Vec<f64> = heights.iter().copied().map(f64::from).collect();
+    check_level(&dataset, 2, &raster, usize::from(width), 0.0);
+}
+
+#[test]
 fn coarser_levels_are_box_averages_to_within_half_a_step() {
     let folder = tempfile::tempdir().unwrap();
     let (width, height) = (150, 131);

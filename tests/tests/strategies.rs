@@ -1,35 +1,16 @@
 //! Strategies side by side: each settles to the same picture where the cache has room for all it wants,
-//! and costs nothing but what it needs.
+//! one can be switched for another, and none reads back more than it needs.
 
 #![allow(clippy::unwrap_used, reason = "a step that fails fails the test")]
 #![allow(clippy::print_stdout, reason = "measured values are to be seen")]
 
-use std::sync::Arc;
-
-use glam::{DVec2, dvec2};
-use terrain_core::gpu::{GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
 use terrain_core::measure::FrameRecord;
 use terrain_core::selection::Strategy;
-use terrain_core::{CameraView, LookupMethod, RendererSettings, TerrainRenderer};
-use terrain_tests::{AnalyticSource, Picture, Surface, gpu};
+use terrain_core::{CameraView, LookupMethod, RendererSettings};
+use terrain_tests::{Bench, Picture, Ridges};
 
-const SIZE_PX: [u32; 2] = [320, 180];
 /// A tile of the source's imagery, 392 texels a side with its gutter.
 const LARGEST_TILE_BYTES: u32 = 392 * 392 * 4;
-
-/// Mountains with a pattern on them that shows which level a place is drawn from.
-fn source() -> Arc<AnalyticSource> {
-    let surface = Surface {
-        height_m: |p| {
-            900.0 * (p.x / 4000.0).sin() * (p.y / 5000.0).cos() + 200.0 * (p.x / 900.0).sin()
-        },
-        colour: |p| {
-            let waves = (p.x / 37.0).sin() * (p.y / 53.0).cos() + (p.x / 610.0).sin();
-            [(140.0 + 40.0 * waves) as u8, 130, (90.0 - 30.0 * waves) as u8]
-        },
-    };
-    Arc::new(AnalyticSource::new(surface, DVec2::ZERO, 65_536.0, [6, 6]))
-}
 
 /// A cache with room for all that a view of this size wants.
 fn roomy(strategy: Strategy) -> RendererSettings {
@@ -42,43 +23,12 @@ fn roomy(strategy: Strategy) -> RendererSettings {
     }
 }
 
-fn view(heading_deg: f64, pitch_deg: f64, height_m: f64) -> CameraView {
-    CameraView {
-        eye: dvec2(-3_000.0, -9_000.0).extend(height_m),
-        heading_deg,
-        pitch_deg,
-        fov_y_deg: 50.0,
-        viewport_px: SIZE_PX,
-    }
+fn open(settings: RendererSettings) -> Option<Bench> {
+    Bench::new(Ridges::source(), settings).unwrap()
 }
 
-struct Bench {
-    gpu: Arc<GpuContext>,
-    renderer: TerrainRenderer,
-    target: OffscreenTarget,
-}
-
-impl Bench {
-    fn new(settings: RendererSettings) -> Option<Self> {
-        let gpu = gpu()?;
-        let renderer = TerrainRenderer::new(Arc::clone(&gpu), source(), settings).unwrap();
-        let target = OffscreenTarget::new(&gpu, SIZE_PX);
-        Some(Self { gpu, renderer, target })
-    }
-
-    fn settle(&mut self, view: &CameraView) -> FrameRecord {
-        self.renderer.render_settled(view, self.target.view(), OFFSCREEN_FORMAT).unwrap()
-    }
-
-    fn picture(&mut self, view: &CameraView) -> Picture {
-        self.settle(view);
-        Picture::read(&self.gpu, &self.target).unwrap()
-    }
-
-    fn switch(&mut self, strategy: Strategy) {
-        let settings = RendererSettings { strategy, ..*self.renderer.settings() };
-        self.renderer.set_settings(settings).unwrap();
-    }
+fn switch(bench: &mut Bench, strategy: Strategy) {
+    bench.change(|settings| settings.strategy = strategy).unwrap();
 }
 
 /// The part of the pixels that differ at all, and the greatest difference of a channel.
@@ -91,15 +41,18 @@ fn difference(a: &Picture, b: &Picture) -> (f64, u8) {
 
 #[test]
 fn with_room_for_all_they_want_both_settle_to_the_same_picture() {
-    let Some(mut scheduled) = Bench::new(roomy(Strategy::RttQuadtree)) else { return };
-    let Some(mut by_frustum) = Bench::new(roomy(Strategy::CpuFrustum)) else { return };
+    let Some(mut scheduled) = open(roomy(Strategy::RttQuadtree)) else { return };
+    let Some(mut by_frustum) = open(roomy(Strategy::CpuFrustum)) else { return };
     for view in [
-        view(20.0, -18.0, 2_500.0),
-        view(200.0, -5.0, 1_300.0),
-        view(95.0, -60.0, 6_000.0),
-        view(0.0, -90.0, 40_000.0),
+        Ridges::view(20.0, -18.0, 2_500.0),
+        Ridges::view(200.0, -5.0, 1_300.0),
+        Ridges::view(95.0, -60.0, 6_000.0),
+        Ridges::view(0.0, -90.0, 40_000.0),
     ] {
-        let (part, greatest) = difference(&scheduled.picture(&view), &by_frustum.picture(&view));
+        let (part, greatest) = difference(
+            &scheduled.settled_picture(&view).unwrap(),
+            &by_frustum.settled_picture(&view).unwrap(),
+        );
         let tiles = [&scheduled, &by_frustum].map(|bench| bench.renderer.selection().tiles.len());
         println!(
             "heading {}, height {} m: {} and {} tiles, {:.3} % of the pixels differ, by {greatest} at most",
@@ -117,40 +70,29 @@ fn with_room_for_all_they_want_both_settle_to_the_same_picture() {
 }
 
 #[test]
-fn without_feedback_nothing_is_read_back_and_a_still_camera_comes_to_rest() {
-    let Some(mut bench) =
-        Bench::new(RendererSettings { strategy: Strategy::CpuFrustum, ..Default::default() })
-    else {
-        return;
-    };
-    let view = view(20.0, -18.0, 2_500.0);
-    let settled = bench.settle(&view);
-    assert_eq!(settled.strategy, "cpu-frustum");
+fn without_feedback_nothing_is_read_back() {
+    let settings = RendererSettings { strategy: Strategy::CpuFrustum, ..Default::default() };
+    let Some(mut bench) = open(settings) else { return };
+    let settled = bench.settle(&Ridges::view(20.0, -18.0, 2_500.0)).unwrap();
     assert!(settled.tiles_selected > 20 && settled.tiles_selected <= 36, "{settled:?}");
     assert_eq!((settled.readback_bytes, settled.coordinate_pass_drawn), (0, false));
     assert_eq!((settled.tiles_missing, settled.region_age_frames), (0, None));
-    assert!(!bench.renderer.needs_frame(&view), "a window need not draw again");
-    let still = bench.renderer.render(&view, bench.target.view(), OFFSCREEN_FORMAT).unwrap();
-    assert_eq!((still.upload_bytes, still.disk_bytes, still.readback_bytes), (0, 0, 0));
-    assert_eq!((still.tiles_new, still.select_ms), (0, 0.0));
-    let turned = CameraView { heading_deg: view.heading_deg + 0.1, ..view };
-    assert!(bench.renderer.needs_frame(&turned));
 }
 
 #[test]
 fn a_switch_keeps_the_cache_and_comes_to_the_same_picture() {
-    let Some(mut bench) = Bench::new(roomy(Strategy::RttQuadtree)) else { return };
-    let view = view(20.0, -18.0, 2_500.0);
-    let first = bench.picture(&view);
-    bench.switch(Strategy::CpuFrustum);
+    let Some(mut bench) = open(roomy(Strategy::RttQuadtree)) else { return };
+    let view = Ridges::view(20.0, -18.0, 2_500.0);
+    let first = bench.settled_picture(&view).unwrap();
+    switch(&mut bench, Strategy::CpuFrustum);
     assert!(bench.renderer.needs_frame(&view), "the switch shows at once");
-    let record = bench.settle(&view);
+    let record = bench.settle(&view).unwrap();
     assert_eq!(record.strategy, "cpu-frustum");
     assert!(record.tiles_new < record.tiles_selected, "only what is not there yet: {record:?}");
-    bench.switch(Strategy::RttQuadtree);
-    let record = bench.settle(&view);
+    switch(&mut bench, Strategy::RttQuadtree);
+    let record = bench.settle(&view).unwrap();
     assert_eq!((record.strategy.as_str(), record.tiles_new), ("rtt-quadtree", 0));
-    let again = bench.picture(&view);
+    let again = bench.settled_picture(&view).unwrap();
     // A tile at the border of what is in view may count in with some tiles shown and not with others.
     let differing = again.rgba.iter().zip(&first.rgba).filter(|(a, b)| a != b).count();
     assert!(differing * 1_000 < first.rgba.len(), "{differing} values changed");
@@ -159,22 +101,22 @@ fn a_switch_keeps_the_cache_and_comes_to_the_same_picture() {
 
 #[test]
 fn a_strategy_without_feedback_can_be_switched_to_and_from_in_flight() {
-    let Some(mut bench) = Bench::new(roomy(Strategy::CpuFrustum)) else { return };
+    let Some(mut bench) = open(roomy(Strategy::CpuFrustum)) else { return };
     let mut names = Vec::new();
     for step in 0..12 {
         let strategy = [Strategy::RttQuadtree, Strategy::CpuFrustum][step / 3 % 2];
-        bench.switch(strategy);
-        let view = view(15.0 * step as f64, -20.0, 2_000.0);
-        let record = bench.renderer.render(&view, bench.target.view(), OFFSCREEN_FORMAT).unwrap();
+        switch(&mut bench, strategy);
+        let view = Ridges::view(15.0 * step as f64, -20.0, 2_000.0);
+        let record = bench.draw(&view).unwrap();
         names.push(record.strategy);
         let asks = record.coordinate_pass_drawn;
         assert!(!asks || strategy == Strategy::RttQuadtree, "frame {step}");
     }
     assert_eq!(names[2..4], ["rtt-quadtree", "cpu-frustum"]);
-    let view = view(165.0, -20.0, 2_000.0);
-    bench.switch(Strategy::CpuFrustum);
-    let in_flight = bench.picture(&view);
-    let fresh = Bench::new(roomy(Strategy::CpuFrustum)).unwrap().picture(&view);
+    let view = Ridges::view(165.0, -20.0, 2_000.0);
+    switch(&mut bench, Strategy::CpuFrustum);
+    let in_flight = bench.settled_picture(&view).unwrap();
+    let fresh = open(roomy(Strategy::CpuFrustum)).unwrap().settled_picture(&view).unwrap();
     // Which slots the tiles got goes by the order in which they came; filtering rounds accordingly.
     let (_, greatest) = difference(&in_flight, &fresh);
     assert!(greatest <= 1, "the picture depends on the way there: {greatest}");
@@ -190,24 +132,27 @@ fn on_the_gpu_the_same_tiles_are_drawn_as_on_the_cpu() {
         ("linear", RendererSettings { lookup: LookupMethod::Linear, ..small }, 1),
     ] {
         let on_gpu = RendererSettings { strategy: Strategy::RttQuadtreeGpu, ..settings };
-        let Some(mut on_gpu) = Bench::new(on_gpu) else { return };
-        let Some(mut on_cpu) = Bench::new(settings) else { return };
+        let Some(mut on_gpu) = open(on_gpu) else { return };
+        let Some(mut on_cpu) = open(settings) else { return };
         for view in [
-            view(20.0, -18.0, 2_500.0),
-            view(200.0, -5.0, 1_300.0),
-            view(95.0, -60.0, 6_000.0),
-            view(0.0, -90.0, 40_000.0),
-            view(0.0, 60.0, 3_000.0),
+            Ridges::view(20.0, -18.0, 2_500.0),
+            Ridges::view(200.0, -5.0, 1_300.0),
+            Ridges::view(95.0, -60.0, 6_000.0),
+            Ridges::view(0.0, -90.0, 40_000.0),
+            Ridges::view(0.0, 60.0, 3_000.0),
         ]
         .into_iter()
         .take(views)
         {
-            let records = [on_gpu.settle(&view), on_cpu.settle(&view)];
+            let records = [on_gpu.settle(&view).unwrap(), on_cpu.settle(&view).unwrap()];
             let counts = |record: &FrameRecord| {
                 (record.tiles_selected, record.tiles_missing, record.finest_level)
             };
             assert_eq!(counts(&records[0]), counts(&records[1]), "{what}: {view:?}");
-            let (part, greatest) = difference(&on_gpu.picture(&view), &on_cpu.picture(&view));
+            let (part, greatest) = difference(
+                &on_gpu.settled_picture(&view).unwrap(),
+                &on_cpu.settled_picture(&view).unwrap(),
+            );
             // The tiles lie in other slots, and filtering rounds accordingly.
             assert!(greatest <= 1 && part < 0.01, "{what}: {part} of the pixels, by {greatest}");
         }
@@ -215,14 +160,14 @@ fn on_the_gpu_the_same_tiles_are_drawn_as_on_the_cpu() {
 }
 
 #[test]
-fn on_the_gpu_little_is_read_back_and_of_a_still_camera_nothing() {
+fn on_the_gpu_little_is_read_back() {
     let settings = RendererSettings { strategy: Strategy::RttQuadtreeGpu, ..Default::default() };
-    let Some(mut bench) = Bench::new(settings) else { return };
+    let Some(mut bench) = open(settings) else { return };
     let (mut heading_deg, mut most_back, mut most_up) = (0.0, 0, 0);
     for _ in 0..40 {
         heading_deg += 1.0;
-        let view = view(heading_deg, -18.0, 2_500.0);
-        let record = bench.renderer.render(&view, bench.target.view(), OFFSCREEN_FORMAT).unwrap();
+        let view = Ridges::view(heading_deg, -18.0, 2_500.0);
+        let record = bench.draw(&view).unwrap();
         bench.gpu.wait().unwrap();
         if heading_deg > 1.0 {
             assert_eq!(record.region_age_frames, Some(1), "{record:?}");
@@ -238,39 +183,12 @@ fn on_the_gpu_little_is_read_back_and_of_a_still_camera_nothing() {
     println!("at most {most_back} bytes back and {most_up} bytes of parameters up in a frame");
     // The head and both lists in full; commonly 64 bytes.
     assert!(most_back <= 16 + 2 * 32 * 8, "{most_back}");
-    let view = view(heading_deg, -18.0, 2_500.0);
-    let settled = bench.settle(&view);
+    let view = Ridges::view(heading_deg, -18.0, 2_500.0);
+    let settled = bench.settle(&view).unwrap();
     assert_eq!((settled.tiles_missing, settled.region_age_frames), (0, Some(0)), "{settled:?}");
     assert!(settled.tiles_selected > 15 && settled.tiles_selected <= 36, "{settled:?}");
-    assert!(!bench.renderer.needs_frame(&view), "a window need not draw again");
-    let still = bench.renderer.render(&view, bench.target.view(), OFFSCREEN_FORMAT).unwrap();
-    assert_eq!((still.upload_bytes, still.disk_bytes, still.readback_bytes), (0, 0, 0));
-    assert!(!still.coordinate_pass_drawn);
     let calm = CameraView { heading_deg: heading_deg + 0.01, ..view };
     assert!(bench.renderer.needs_frame(&calm));
-    let calm = bench.renderer.render(&calm, bench.target.view(), OFFSCREEN_FORMAT).unwrap();
+    let calm = bench.draw(&calm).unwrap();
     assert_eq!(calm.readback_bytes, 64, "{calm:?}");
-}
-
-#[test]
-fn on_the_gpu_the_way_to_a_view_does_not_show_and_redrawing_leaves_no_trace() {
-    let settings = roomy(Strategy::RttQuadtreeGpu);
-    let Some(mut flown) = Bench::new(settings) else { return };
-    for step in 0..15 {
-        let view = view(25.0 * f64::from(step), -20.0, 2_000.0);
-        flown.renderer.render(&view, flown.target.view(), OFFSCREEN_FORMAT).unwrap();
-    }
-    let here = view(20.0, -18.0, 2_500.0);
-    let in_flight = flown.picture(&here);
-    let fresh = Bench::new(settings).unwrap().picture(&here);
-    // Which slots the tiles got goes by the order in which they came; filtering rounds accordingly.
-    let (_, greatest) = difference(&in_flight, &fresh);
-    assert!(greatest <= 1, "the picture depends on the way there: {greatest}");
-    let elsewhere = view(200.0, -5.0, 1_300.0);
-    flown.renderer.redraw(&elsewhere, flown.target.view(), OFFSCREEN_FORMAT).unwrap();
-    assert!(!flown.renderer.needs_frame(&here));
-    let still = flown.renderer.render(&here, flown.target.view(), OFFSCREEN_FORMAT).unwrap();
-    assert_eq!((still.upload_bytes, still.readback_bytes), (0, 0), "{still:?}");
-    let again = Picture::read(&flown.gpu, &flown.target).unwrap();
-    assert_eq!(again.rgba, in_flight.rgba);
 }

@@ -5,33 +5,15 @@
 #![allow(clippy::print_stdout, reason = "measured values are to be seen")]
 
 use std::collections::HashSet;
-use std::sync::Arc;
 
-use glam::{DVec2, dvec2};
-use terrain_core::gpu::{GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
+use glam::dvec2;
 use terrain_core::measure::FrameRecord;
 use terrain_core::selection::{
     CoordinateImage, SeenGround, Selection, SelectionConfig, Strategy, Visibility, select,
     visible_region,
 };
-use terrain_core::{CameraView, RendererSettings, TerrainRenderer};
-use terrain_tests::{AnalyticSource, Picture, Surface, gpu};
-
-const SIZE_PX: [u32; 2] = [480, 270];
-
-/// Ridges, with a pattern on them that shows which level a place is drawn from.
-fn source() -> Arc<AnalyticSource> {
-    let surface = Surface {
-        height_m: |p| {
-            900.0 * (p.x / 4000.0).sin() * (p.y / 5000.0).cos() + 200.0 * (p.x / 900.0).sin()
-        },
-        colour: |p| {
-            let waves = (p.x / 37.0).sin() * (p.y / 53.0).cos() + (p.x / 610.0).sin();
-            [(140.0 + 40.0 * waves) as u8, 130, (90.0 - 30.0 * waves) as u8]
-        },
-    };
-    Arc::new(AnalyticSource::new(surface, DVec2::ZERO, 65_536.0, [6, 6]))
-}
+use terrain_core::{CameraView, RendererSettings};
+use terrain_tests::{Bench, Picture, Ridges};
 
 fn settings(strategy: Strategy) -> RendererSettings {
     RendererSettings {
@@ -45,42 +27,25 @@ fn settings(strategy: Strategy) -> RendererSettings {
 
 /// Down in the valleys, along and across them, and high above.
 fn views() -> Vec<CameraView> {
-    let eye = |height_m: f64| dvec2(-3_000.0, -9_000.0).extend(height_m);
     [(20.0, -4.0, 700.0), (95.0, -2.0, 500.0), (200.0, -6.0, 1_000.0), (310.0, -25.0, 6_000.0)]
         .into_iter()
-        .map(|(heading_deg, pitch_deg, height_m)| CameraView {
-            eye: eye(height_m),
-            heading_deg,
-            pitch_deg,
-            fov_y_deg: 50.0,
-            viewport_px: SIZE_PX,
+        .map(|(heading_deg, pitch_deg, eye_m)| CameraView {
+            viewport_px: [480, 270],
+            ..Ridges::view(heading_deg, pitch_deg, eye_m)
         })
         .collect()
 }
 
-struct Bench {
-    gpu: Arc<GpuContext>,
-    renderer: TerrainRenderer,
-    target: OffscreenTarget,
+fn open(strategy: Strategy) -> Option<Bench> {
+    Bench::new(Ridges::source(), settings(strategy)).unwrap()
 }
 
-impl Bench {
-    fn new(strategy: Strategy) -> Option<Self> {
-        let gpu = gpu()?;
-        let renderer =
-            TerrainRenderer::new(Arc::clone(&gpu), source(), settings(strategy)).unwrap();
-        let target = OffscreenTarget::new(&gpu, SIZE_PX);
-        Some(Self { gpu, renderer, target })
-    }
-
-    fn settled(&mut self, view: &CameraView, visibility: Visibility) -> (FrameRecord, Picture) {
-        let settings = RendererSettings { visibility, ..*self.renderer.settings() };
-        self.renderer.set_settings(settings).unwrap();
-        let target = self.target.view();
-        let record = self.renderer.render_settled(view, target, OFFSCREEN_FORMAT).unwrap();
-        assert!(!self.renderer.needs_frame(view), "it comes to rest");
-        (record, Picture::read(&self.gpu, &self.target).unwrap())
-    }
+/// The picture of a view at rest, and what it took.
+fn settled(bench: &mut Bench, view: &CameraView, visibility: Visibility) -> (FrameRecord, Picture) {
+    bench.change(|settings| settings.visibility = visibility).unwrap();
+    let record = bench.settle(view).unwrap();
+    assert!(!bench.renderer.needs_frame(view), "it comes to rest");
+    (record, bench.picture().unwrap())
 }
 
 fn greatest_difference(a: &Picture, b: &Picture) -> u8 {
@@ -90,11 +55,11 @@ fn greatest_difference(a: &Picture, b: &Picture) -> u8 {
 #[test]
 fn exact_visibility_draws_the_same_picture_with_fewer_tiles() {
     for strategy in [Strategy::RttQuadtree, Strategy::RttQuadtreeGpu] {
-        let Some(mut bench) = Bench::new(strategy) else { return };
+        let Some(mut bench) = open(strategy) else { return };
         let mut hidden = 0;
         for view in views() {
-            let (boxed, expected) = bench.settled(&view, Visibility::Box);
-            let (exact, picture) = bench.settled(&view, Visibility::Exact);
+            let (boxed, expected) = settled(&mut bench, &view, Visibility::Box);
+            let (exact, picture) = settled(&mut bench, &view, Visibility::Exact);
             println!(
                 "{strategy}: {} tiles by the box, {} by what pixels saw, {} hidden",
                 boxed.tiles_selected, exact.tiles_selected, exact.tiles_hidden
@@ -121,10 +86,10 @@ fn image(bench: &mut Bench, view: &CameraView, [width, height]: [u32; 2]) -> Coo
 
 #[test]
 fn next_to_no_tile_is_lost_between_the_pixels_of_a_small_image() {
-    let Some(mut bench) = Bench::new(Strategy::RttQuadtree) else { return };
+    let Some(mut bench) = open(Strategy::RttQuadtree) else { return };
     let (mut tiles, mut lost) = (0, 0);
     for view in views() {
-        bench.settled(&view, Visibility::Box);
+        settled(&mut bench, &view, Visibility::Box);
         let view = CameraView { viewport_px: [1280, 720], ..view };
         let tree = bench.renderer.tree().clone();
         let config = SelectionConfig { max_tiles: 10_000, ..Default::default() };

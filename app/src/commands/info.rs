@@ -12,6 +12,7 @@ use terrain_core::dataset::{
 use terrain_core::tiling::TilingScheme;
 
 use crate::output;
+use crate::progress::PhaseProgress;
 
 /// Tells what a dataset holds
 #[derive(Args, Debug)]
@@ -37,7 +38,9 @@ pub struct InfoArgs {
 /// Runs the command. Damaged tiles are listed and make it fail.
 pub fn run(args: InfoArgs) -> anyhow::Result<()> {
     let dataset = Dataset::open(&args.dataset)?;
-    let inspection = dataset.inspect(args.verify);
+    let bar = PhaseProgress::new();
+    let inspection = dataset.inspect(args.verify, &bar);
+    bar.clear();
     let answer = if args.json {
         json_of(dataset.manifest(), &inspection)?
     } else {

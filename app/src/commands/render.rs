@@ -15,7 +15,7 @@ use terrain_core::{CameraView, RendererSettings};
 use crate::drawing_args::{DrawingArgs, Size};
 use crate::ground::Ground;
 use crate::headless::{Headless, Pace};
-use crate::progress::PhaseProgress;
+use crate::progress::{FrameProgress, PhaseProgress};
 use crate::{flights, npy, output, pictures};
 
 /// What to draw.
@@ -205,10 +205,18 @@ fn draw_frames(
     headless: &mut Headless,
     view: &CameraView,
 ) -> anyhow::Result<FrameRecord> {
-    let Some(frames) = args.frames else { return headless.draw(view, Pace::Settled) };
+    let Some(frames) = args.frames else {
+        let bar = PhaseProgress::new();
+        let record = headless.draw_settled(view, &bar);
+        bar.clear();
+        return record;
+    };
+    let bar = FrameProgress::new(u64::from(frames));
     let mut record = FrameRecord::default();
-    for _ in 0..frames {
+    for frame in 1..=frames {
         record = headless.draw(view, Pace::Free)?;
+        bar.advance(u64::from(frame));
     }
+    bar.finish();
     Ok(record)
 }

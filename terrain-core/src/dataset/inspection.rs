@@ -1,8 +1,11 @@
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{Dataset, LoadError, TileSource};
-use crate::tiling::TileSet;
+use crate::progress::Progress;
+use crate::tiling::{TileId, TileSet};
 
 /// What a dataset's archives hold, counted tile by tile.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -30,14 +33,16 @@ pub struct LevelInspection {
 
 impl Dataset {
     /// Counts tiles and bytes by level. With `verify` every tile is decoded as well, which checks
-    /// its checksum and its form.
-    pub fn inspect(&self, verify: bool) -> Inspection {
+    /// its checksum and its form. `progress` hears of the tiles of each layer.
+    pub fn inspect(&self, verify: bool, progress: &dyn Progress) -> Inspection {
         let mut faults = Vec::new();
-        let heights = inspect_layer(self.heights_present(), &mut faults, |tile| match verify {
+        let layer = ("heights", self.heights_present());
+        let heights = inspect_layer(layer, progress, &mut faults, |tile| match verify {
             true => self.load_heights(tile).map(|loaded| loaded.disk_bytes),
             false => self.height_payload_len(tile),
         });
-        let colours = inspect_layer(self.colours_present(), &mut faults, |tile| match verify {
+        let layer = ("colours", self.colours_present());
+        let colours = inspect_layer(layer, progress, &mut faults, |tile| match verify {
             true => self.load_colours(tile).map(|loaded| loaded.disk_bytes),
             false => self.colour_payload_len(tile),
         });
@@ -46,12 +51,19 @@ impl Dataset {
 }
 
 fn inspect_layer(
-    present: &TileSet,
+    (name, present): (&str, &TileSet),
+    progress: &dyn Progress,
     faults: &mut Vec<String>,
-    bytes_of: impl Fn(crate::tiling::TileId) -> Result<u64, LoadError> + Sync,
+    bytes_of: impl Fn(TileId) -> Result<u64, LoadError> + Sync,
 ) -> Vec<LevelInspection> {
     let tiles: Vec<_> = present.iter().collect();
-    let found: Vec<_> = tiles.par_iter().map(|&tile| (tile, bytes_of(tile))).collect();
+    let done = AtomicU64::new(0);
+    let look_at = |&tile: &TileId| {
+        let bytes = bytes_of(tile);
+        progress.advanced(name, done.fetch_add(1, Ordering::Relaxed) + 1, present.len());
+        (tile, bytes)
+    };
+    let found: Vec<_> = tiles.par_iter().map(look_at).collect();
     let mut levels: Vec<LevelInspection> = Vec::new();
     for (tile, bytes) in found {
         if levels.last().is_none_or(|last| last.level != tile.level) {

@@ -3,7 +3,6 @@ use wgpu::util::DeviceExt;
 
 use super::compute_pipeline::{bind_group, compute_pipeline};
 use super::shader_library::MANAGE_TILES;
-use super::tile_presence::presence_words;
 use super::tile_report::TileReport;
 use crate::residency::TileInSlot;
 use crate::selection::TileTree;
@@ -85,12 +84,12 @@ impl ManageTilesPass {
 
     /// A cache of `slot_count` slots a layer. `selected` holds the selection, laid out as
     /// [`TileSelection::selected`](super::TileSelection::selected) tells; where all its words are 0 that
-    /// is level 0. Level 0 is asked for from the beginning, for the first slot.
+    /// is level 0; `runs` is [`presence_buffer`](super::tile_presence::presence_buffer). Level 0 is asked for from the beginning, for the first slot.
     pub fn new(
         device: &wgpu::Device,
         tree: &TileTree,
         slot_count: u32,
-        selected: &wgpu::Buffer,
+        (selected, runs): (&wgpu::Buffer, &wgpu::Buffer),
     ) -> Self {
         let pipeline = compute_pipeline(device, &MANAGE_TILES);
         let layer = |finest_level: u8| ManagedLayer {
@@ -110,7 +109,6 @@ impl ManageTilesPass {
         let constants = bytemuck::cast_slice(&layers);
         let constants = filled("managed layers", constants, wgpu::BufferUsages::UNIFORM);
         let slots = filled("tile slots", bytemuck::cast_slice(&first_slots()), storage);
-        let runs = filled("tile runs", bytemuck::cast_slice(&presence_words(tree)), storage);
         let empty = |label, size| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
@@ -127,10 +125,8 @@ impl ManageTilesPass {
         let shown = empty("shown slots", 2 * Self::SHOWN_BYTES);
         let report = empty("tile report", Self::REPORT_BYTES);
         let buffers = [&constants, selected, &deliveries, &slots, &workings, &shown, &report];
-        let groups = [
-            bind_group(device, &pipeline, 0, &buffers),
-            bind_group(device, &pipeline, 1, &[&runs]),
-        ];
+        let groups =
+            [bind_group(device, &pipeline, 0, &buffers), bind_group(device, &pipeline, 1, &[runs])];
         let layers =
             1 + u32::from(tree.colours.as_ref().is_some_and(|layer| !layer.present.is_empty()));
         Self {

@@ -1,9 +1,7 @@
 use super::displace_pass::{bind_buffers, storage_layout};
 use super::seen_ground_buffer::SeenGroundBuffer;
 use super::shader_library::{LIST_TILES, MERGE_TILES, RANK_TILES, SUBDIVIDE_TILES, Shader};
-use super::tile_presence::presence_words;
-use crate::selection::{LISTED_AT_MOST, TileTree};
-use wgpu::util::DeviceExt;
+use crate::selection::LISTED_AT_MOST;
 
 /// Steps 2 to 4 of tile scheduling's selection, as [`select()`](crate::selection::select()) does them:
 /// four dispatches of one workgroup each, that leave the selection in a buffer.
@@ -26,11 +24,11 @@ impl SelectTilesPass {
     pub const SELECTED_HEAD_WORDS: usize = 8;
     pub const SELECTED_TILE_WORDS: usize = 4;
 
-    /// `params` and `heights`: the `params` and `height_units` of `common/selection.wgsl`. Selections have
+    /// `runs`: [`presence_buffer`](super::tile_presence::presence_buffer). `params` and `heights`: the `params` and `height_units` of `common/selection.wgsl`. Selections have
     /// at most `most_tiles`; farther ones are left out.
     pub fn new(
         device: &wgpu::Device,
-        tree: &TileTree,
+        runs: &wgpu::Buffer,
         (params, heights): (&wgpu::Buffer, &wgpu::Buffer),
         seen: &SeenGroundBuffer,
         most_tiles: usize,
@@ -48,11 +46,6 @@ impl SelectTilesPass {
         let arena = buffer("tile arena", arena_bytes);
         let lists = buffer("tile lists", Self::LISTS_BYTES);
         let selected = buffer("selected tiles", 4 * words as u64);
-        let runs = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("tile runs"),
-            contents: bytemuck::cast_slice(&presence_words(tree)),
-            usage: wgpu::BufferUsages::STORAGE,
-        });
         let layouts = [
             storage_layout(device, "select tiles", &[true, true, true, false, false, false]),
             storage_layout(device, "tile runs", &[true]),
@@ -68,7 +61,7 @@ impl SelectTilesPass {
             pipelines: stages.map(|shader| pipeline(device, &layout, shader)),
             groups: [
                 bind_buffers(device, &layouts[0], &buffers),
-                bind_buffers(device, &layouts[1], &[&runs]),
+                bind_buffers(device, &layouts[1], &[runs]),
             ],
             selected,
         }

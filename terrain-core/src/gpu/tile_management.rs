@@ -21,13 +21,13 @@ pub(crate) struct TileManagement {
 }
 
 impl TileManagement {
-    /// Management of the cache's slots by the selection in `selected`; see [`ManageTilesPass::new`].
+    /// Management of the cache's slots by the selection in `selected`, of the tiles that `runs` tells of; see [`ManageTilesPass::new`].
     /// Gives the cache's table room for all its slots: it is to be bound after this.
     pub fn new(
         device: &wgpu::Device,
         tree: &TileTree,
         cache: &mut TerrainCache,
-        selected: &wgpu::Buffer,
+        (selected, runs): (&wgpu::Buffer, &wgpu::Buffer),
     ) -> Self {
         let grid = cache.heights.grid;
         let slot_count = grid.columns * grid.rows;
@@ -42,7 +42,7 @@ impl TileManagement {
             PlacedLayer::new(&tree.scheme, &layer.layout, grid, ToldFrom::Corner)
         });
         let ground = Ground::new(&tree.scheme, [heights, colours]);
-        let manage = ManageTilesPass::new(device, tree, slot_count, selected);
+        let manage = ManageTilesPass::new(device, tree, slot_count, (selected, runs));
         let build = BuildTileTablePass::new(device, space, &manage, &cache.table.nodes);
         let place = PlaceTilesPass::new(device, &ground, &build, &cache.table.entries);
         Self { manage, build, place, scheme: tree.scheme, slot_count }

@@ -1,3 +1,5 @@
+use wgpu::util::DeviceExt;
+
 use crate::selection::{LayerTree, TileTree};
 use crate::tiling::MAX_LEVEL;
 
@@ -6,7 +8,7 @@ use crate::tiling::MAX_LEVEL;
 /// Where the runs of each level of the heights begin, then of the colours, where the last end, and
 /// the runs: row, first and last column. Memory is proportional to the runs of tiles, a row of a dense
 /// level being one of them: so a dataset may be deep or sparse.
-pub(super) fn presence_words(tree: &TileTree) -> Vec<u32> {
+fn presence_words(tree: &TileTree) -> Vec<u32> {
     let mut begins = Vec::new();
     let mut runs = Vec::new();
     for layer in [Some(&tree.heights), tree.colours.as_ref()] {
@@ -22,4 +24,13 @@ pub(super) fn presence_words(tree: &TileTree) -> Vec<u32> {
     begins.push((runs.len() / 3) as u32);
     begins.extend(runs);
     begins
+}
+
+/// The words of the tree in a buffer that shaders can read.
+pub(super) fn presence_buffer(device: &wgpu::Device, tree: &TileTree) -> wgpu::Buffer {
+    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("tile runs"),
+        contents: bytemuck::cast_slice(&presence_words(tree)),
+        usage: wgpu::BufferUsages::STORAGE,
+    })
 }

@@ -5,6 +5,7 @@ use super::mark_seen_tiles_pass::MarkSeenTilesPass;
 use super::reduce_region_pass::ReduceRegionPass;
 use super::seen_ground_buffer::SeenGroundBuffer;
 use super::select_tiles_pass::SelectTilesPass;
+use super::tile_presence::presence_buffer;
 use crate::CameraView;
 use crate::selection::{SelectionConfig, SelectionParams, TileTree, height_units};
 
@@ -12,6 +13,7 @@ use crate::selection::{SelectionConfig, SelectionParams, TileTree, height_units}
 /// [`visible_region()`](crate::selection::visible_region()) and [`select()`](crate::selection::select())
 /// do on the CPU, with the same outcome, tile for tile. Nothing is read back.
 pub(crate) struct TileSelection {
+    runs: wgpu::Buffer,
     params: wgpu::Buffer,
     heights: wgpu::Buffer,
     seen: SeenGroundBuffer,
@@ -55,16 +57,23 @@ impl TileSelection {
         let heights = input("height units", 8 * height_count.max(1));
         let seen = SeenGroundBuffer::new(device);
         let image = CoordinateImageBindings::new(device, image, &seen);
+        let runs = presence_buffer(device, tree);
         Self {
             reduce: ReduceRegionPass::new(device, &image),
             mark: MarkSeenTilesPass::new(device, &params, &heights, &image),
-            select: SelectTilesPass::new(device, tree, (&params, &heights), &seen, most_tiles),
+            select: SelectTilesPass::new(device, &runs, (&params, &heights), &seen, most_tiles),
+            runs,
             params,
             heights,
             seen,
             image,
             sent: None,
         }
+    }
+
+    /// Which tiles there are; see [`presence_buffer`].
+    pub fn tile_runs(&self) -> &wgpu::Buffer {
+        &self.runs
     }
 
     /// The selection: words of a head (number of tiles, tiles subdivision listed, tiles the first

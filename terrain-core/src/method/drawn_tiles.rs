@@ -3,13 +3,13 @@
 
 use std::sync::Arc;
 
-use super::tile_cache_size::check_cache_fits;
+use super::cached_tiles::CachedTiles;
 use super::{FrameContext, Moved, SceneState};
 use crate::dataset::{ColourFormat, TileSource};
-use crate::frame_setup::{frame_uniforms, mesh_radius};
+use crate::frame_setup::mesh_radius;
 use crate::gpu::{
-    CoordinatePass, DebugImage, FrameBindings, FrameGroup, FrameUniforms, MeshScene, SceneMeshes,
-    TargetKind, TerrainCache, TerrainPass, TerrainPassSettings,
+    CoordinatePass, DebugImage, FrameGroup, MeshScene, SceneMeshes, TargetKind, TerrainCache,
+    TerrainPass, TerrainPassSettings,
 };
 use crate::ground_heights::height_range_m;
 use crate::measure::{ByteCause, FrameRecord};
@@ -20,8 +20,7 @@ use crate::terrain_renderer::RenderError;
 
 /// Atlases, tables and meshes of a scene, and the passes that draw them.
 pub(super) struct DrawnTiles {
-    pub cache: TerrainCache,
-    pub bindings: FrameBindings,
+    pub tiles: CachedTiles,
     pub meshes: SceneMeshes,
     has_voids: bool,
     has_colours: bool,
@@ -41,18 +40,13 @@ impl DrawnTiles {
         tree: &TileTree,
         format: ColourFormat,
     ) -> Result<Self, RenderError> {
-        let (gpu, settings) = (cx.gpu, cx.settings);
-        let slots = (settings.cache_columns, settings.cache_rows);
-        check_cache_fits(gpu, tree, slots)?;
-        let device = &gpu.device;
-        let cache = TerrainCache::new(gpu, tree, format, slots);
-        let bindings = FrameBindings::new(device, &cache.table, &cache.heights, &cache.colours);
+        let tiles = CachedTiles::new(cx, tree, format, TerrainCache::new)?;
+        let linear = cx.settings.lookup == LookupMethod::Linear;
         Ok(Self {
             has_voids: source.manifest().heights.has_voids,
             has_colours: tree.colours.as_ref().is_some_and(|layer| !layer.present.is_empty()),
-            meshes: SceneMeshes::new(device, &bindings, settings.lookup == LookupMethod::Linear),
-            cache,
-            bindings,
+            meshes: SceneMeshes::new(&cx.gpu.device, &tiles.bindings, linear),
+            tiles,
             pass: None,
             displaced: None,
         })
@@ -66,32 +60,12 @@ impl DrawnTiles {
         tree: &TileTree,
         arrivals: &Arrivals,
     ) -> Moved {
-        let sent = self.cache.upload_heights(cx.gpu, encoder, tree, &arrivals.heights);
+        let sent = self.tiles.cache.upload_heights(cx.gpu, encoder, tree, &arrivals.heights);
         cx.ledger.add(ByteCause::Dem, sent);
         cx.ledger
             .add_texels(ByteCause::Dem, tree.heights.layout.stored_texels(arrivals.heights.len()));
-        let sent = self.cache.upload_colours(cx.gpu, encoder, &arrivals.colours);
-        cx.ledger.add(ByteCause::Dom, sent);
-        if let Some(colours) = &tree.colours {
-            cx.ledger
-                .add_texels(ByteCause::Dom, colours.layout.stored_texels(arrivals.colours.len()));
-        }
+        self.tiles.send_colours(cx, encoder, tree, &arrivals.colours);
         Moved { new: arrivals.count() as u64, evicted: arrivals.evicted() as u64 }
-    }
-
-    /// The scene's uniforms but for the ranges of the tables.
-    pub fn uniforms(&self, tree: &TileTree, scene: &SceneState, scale_m: f64) -> FrameUniforms {
-        FrameUniforms {
-            height_uv_per_texel: self.cache.heights.grid.uv_per_texel(),
-            colour_uv_per_texel: self.cache.colours.grid.uv_per_texel(),
-            ..frame_uniforms(&scene.view, tree, &scene.settings, scale_m)
-        }
-    }
-
-    /// Brings the uniforms to the GPU.
-    pub fn set_uniforms(&mut self, cx: &mut FrameContext<'_>, uniforms: &FrameUniforms) {
-        let sent = self.bindings.frame.set_uniforms(&cx.gpu.queue, uniforms);
-        cx.ledger.add(ByteCause::Uniform, sent);
     }
 
     /// Brings the visible parts of the meshes to the GPU and displaces the picture's, unless that is
@@ -127,7 +101,7 @@ impl DrawnTiles {
             label: Some("displace"),
             timestamp_writes: None,
         });
-        self.meshes.displace(&mut pass, &self.bindings, which);
+        self.meshes.displace(&mut pass, &self.tiles.bindings, which);
     }
 
     /// Draws the scene that was set up; returns the group the sky is drawn with.
@@ -150,13 +124,13 @@ impl DrawnTiles {
         };
         let terrain = match self.pass.take() {
             Some((built_for, pass)) if built_for == settings => pass,
-            _ => TerrainPass::new(&cx.gpu.device, &self.bindings, settings),
+            _ => TerrainPass::new(&cx.gpu.device, &self.tiles.bindings, settings),
         };
         if let Some(mesh) = self.meshes.picture() {
-            terrain.draw(pass, &self.bindings, mesh.parts(), mesh.visible());
+            terrain.draw(pass, &self.tiles.bindings, mesh.parts(), mesh.visible());
         }
         self.pass = Some((settings, terrain));
-        &self.bindings.frame
+        &self.tiles.bindings.frame
     }
 
     /// Where on the ground each pixel of the scene that was set up looks; see
@@ -168,9 +142,9 @@ impl DrawnTiles {
         scene: &SceneState,
     ) -> wgpu::Texture {
         let (format, size_px) = (CoordinatePass::FULL_FORMAT, scene.view.viewport_px);
-        let pass = CoordinatePass::new(&cx.gpu.device, &self.bindings, format, size_px);
+        let pass = CoordinatePass::new(&cx.gpu.device, &self.tiles.bindings, format, size_px);
         if let Some(mesh) = self.meshes.picture() {
-            pass.record(encoder, &self.bindings, mesh.parts(), mesh.visible());
+            pass.record(encoder, &self.tiles.bindings, mesh.parts(), mesh.visible());
         }
         pass.target
     }
@@ -185,8 +159,8 @@ impl DrawnTiles {
     pub fn atlas_view(&self, image: DebugImage) -> Option<wgpu::TextureView> {
         match image {
             DebugImage::Coordinates => None,
-            DebugImage::HeightCache => Some(self.cache.heights.height_mip(0)),
-            DebugImage::ColourCache => Some(self.cache.colours.mip(0)),
+            DebugImage::HeightCache => Some(self.tiles.cache.heights.height_mip(0)),
+            DebugImage::ColourCache => Some(self.tiles.cache.colours.mip(0)),
         }
     }
 }

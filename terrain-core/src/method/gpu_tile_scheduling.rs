@@ -12,7 +12,7 @@ use std::time::Duration;
 use glam::DVec2;
 
 use super::drawn_tiles::DrawnTiles;
-use super::region_state::{CoordinateState, RegionState};
+use super::region_state::{CoordinateState, SeenView};
 use super::{FrameContext, Moved, SceneState, TerrainMethod};
 use crate::CameraView;
 use crate::dataset::TileSource;
@@ -42,7 +42,8 @@ pub(super) struct GpuTileScheduling {
     /// Always empty: which tiles are selected only the GPU knows.
     selection: Selection,
 
-    region: Option<SeenRegion>,
+    /// Of what view, and how often, the region on the GPU was seen.
+    region: Option<SeenView>,
     /// What the latest selection was made for.
     selected: Option<SelectedFor>,
     /// What the latest coordinate image was made of.
@@ -56,34 +57,11 @@ pub(super) struct GpuTileScheduling {
     version: u64,
 }
 
-/// The region on the GPU.
-struct SeenRegion {
-    /// The latest coordinate image reduced into it.
-    frame: u64,
-    view: CameraView,
-    /// Images of this very view, and those of them that were drawn when no tile was known to be missing.
-    images: u32,
-    images_of_all: u32,
-}
-
-impl SeenRegion {
-    /// What a selection for the view by this region is made for.
-    fn selected_for(&self, view: &CameraView) -> SelectedFor {
-        SelectedFor { view: *view, region_view: self.view, region_frame: self.frame }
-    }
-
-    /// Whether the region of the view only grows by now.
-    fn grows(&self) -> bool {
-        RegionState::grows(self.images_of_all, self.images)
-    }
-}
-
-/// What a selection was made for: a view, by the region that another may have seen.
-#[derive(Clone, Copy, PartialEq)]
+/// What a selection was made for: a view, by the region of another that was seen in some frame.
+#[derive(Clone, Copy)]
 struct SelectedFor {
     view: CameraView,
-    region_view: CameraView,
-    region_frame: u64,
+    seen: SeenView,
 }
 
 /// What a frame's management has to take in.
@@ -107,12 +85,12 @@ impl GpuTileScheduling {
         let format = colour_format(&**source, cx.gpu.has_block_compression());
         let mut drawn = DrawnTiles::new(cx, source, &tree, format)?;
         let (size_px, region) = (cx.settings.coordinate_size_px, CoordinatePass::REGION_FORMAT);
-        let coordinate_pass = CoordinatePass::new(device, &drawn.bindings, region, size_px);
+        let coordinate_pass = CoordinatePass::new(device, &drawn.tiles.bindings, region, size_px);
         let image = &coordinate_pass.target;
         let tile_selection = TileSelection::new(device, &tree, image, slot_count as usize);
-        let selected = tile_selection.selected();
-        let management = TileManagement::new(device, &tree, &mut drawn.cache, selected);
-        drawn.bindings.rebind(device, &drawn.cache.table);
+        let inputs = (tile_selection.selected(), tile_selection.tile_runs());
+        let management = TileManagement::new(device, &tree, &mut drawn.tiles.cache, inputs);
+        drawn.tiles.bindings.rebind(device, &drawn.tiles.cache.table);
         let intakes = open_intakes(source, format, cx.ledger)?;
         Ok(Self {
             terrain: SlotTerrain::new(intakes, slot_count),
@@ -203,8 +181,8 @@ impl TerrainMethod for GpuTileScheduling {
         let clearance_m = self.terrain.ground.clearance_m(&self.tree, view.eye, exaggeration);
         let scale_m = mesh_scale_m(&self.tree, clearance_m);
         if self.placed != Some(*scene) {
-            let uniforms = self.drawn.uniforms(&self.tree, scene, scale_m);
-            self.drawn.set_uniforms(cx, &uniforms);
+            let uniforms = self.drawn.tiles.uniforms(&self.tree, scene, scale_m);
+            self.drawn.tiles.set_uniforms(cx, &uniforms);
             self.place(cx, encoder, view.eye.truncate());
             self.placed = Some(*scene);
         }
@@ -226,8 +204,14 @@ impl TerrainMethod for GpuTileScheduling {
         }
         self.drawn.displace(encoder, [false, true]);
         let Some(mesh) = self.drawn.meshes.coordinates() else { return false };
-        self.coordinate_pass.record(encoder, &self.drawn.bindings, mesh.parts(), mesh.visible());
-        let region = self.region_after(cx.frame, &scene.view);
+        self.coordinate_pass.record(
+            encoder,
+            &self.drawn.tiles.bindings,
+            mesh.parts(),
+            mesh.visible(),
+        );
+        let (when, is_of_all) = ((cx.frame, scene.view), self.terrain.missing() == 0);
+        let region = SeenView::after(self.region.as_ref(), when, is_of_all);
         self.tile_selection.see(encoder, region.grows());
         self.region = Some(region);
         self.coordinates = Some(self.coordinate_state(scene));
@@ -282,7 +266,7 @@ impl TerrainMethod for GpuTileScheduling {
     fn reconsider(&mut self) {
         self.selected = None;
         if let Some(region) = &mut self.region {
-            (region.images, region.images_of_all) = (0, 0);
+            region.reconsider();
         }
     }
 
@@ -348,7 +332,7 @@ impl GpuTileScheduling {
         };
         let sent = self.tile_selection.select(&cx.gpu.queue, encoder, &self.tree, &request);
         cx.ledger.add(ByteCause::Uniform, sent);
-        self.selected = Some(region.selected_for(view));
+        self.selected = Some(SelectedFor { view: *view, seen: *region });
     }
 
     /// Brings the tables to where they are read, as seen from the eye.
@@ -357,19 +341,7 @@ impl GpuTileScheduling {
         let sent = self.management.place(&cx.gpu.queue, &mut pass, eye);
         drop(pass);
         cx.ledger.add(ByteCause::Uniform, sent);
-        self.management.copy_ranges(encoder, &self.drawn.bindings.frame);
-    }
-
-    /// The region's state after another image of the view.
-    fn region_after(&self, frame: u64, view: &CameraView) -> SeenRegion {
-        let earlier = self.region.as_ref().filter(|region| region.view == *view);
-        let of_all = u32::from(self.terrain.missing() == 0);
-        SeenRegion {
-            frame,
-            view: *view,
-            images: earlier.map_or(0, |region| region.images) + 1,
-            images_of_all: earlier.map_or(0, |region| region.images_of_all) + of_all,
-        }
+        self.management.copy_ranges(encoder, &self.drawn.tiles.bindings.frame);
     }
 
     fn coordinate_state(&self, scene: &SceneState) -> CoordinateState {
@@ -385,13 +357,14 @@ impl GpuTileScheduling {
     /// Whether there is a region that the view's tiles have not been selected by yet.
     fn wants_selection(&self, settings: &RendererSettings, view: &CameraView) -> bool {
         let Some(region) = &self.region else { return false };
-        !settings.freeze_selection && self.selected != Some(region.selected_for(view))
+        let made_for = self.selected.map(|made| (made.view, made.seen.frame));
+        !settings.freeze_selection && made_for != Some((*view, region.frame))
     }
 
     /// How many frames ago the region in use was seen; 0 where the camera has not moved since.
     fn region_age_frames(&self, frame: u64) -> Option<u64> {
-        let SelectedFor { view, region_view, region_frame } = self.selected?;
-        Some(if region_view == view { 0 } else { frame - region_frame })
+        let made = self.selected?;
+        Some(made.seen.age_frames(Some(&made.view), frame))
     }
 }
 

@@ -4,12 +4,12 @@
 //! [`TerrainMethod`] carries its steps out. Strategies that differ only in which tiles they choose
 //! share a method, so that a comparison of them compares nothing else.
 
+mod cached_tiles;
 mod clipmap;
 mod cpu_mesh;
 mod drawn_tiles;
 mod gpu_tile_scheduling;
 mod region_state;
-mod tile_cache_size;
 mod tile_scheduling;
 
 use std::sync::Arc;

@@ -35,15 +35,9 @@ pub fn write_colours(
     let level_count = request.level_limit.unwrap_or(u8::MAX).min(plan.level_count);
     let layout = request.layout(request.colour_tile_texels, level_count);
     let target = *plan.rows.target();
-    let tile_size = request.colour_tile_texels as usize;
-    let gutter = LayerLayout::GUTTER_TEXELS as usize;
-    let mut pyramid =
-        RowPyramid::new(target.width, target.height, plan.level_count, tile_size, gutter);
+    let mut pyramid = RowPyramid::new((target.width, target.height), plan.level_count, &layout);
     let mut archive = ArchiveWriter::create(path)?;
     let mut emit = |tiles: &TileRow<'_, LinearColour>| -> Result<(), PrepareError> {
-        if tiles.level >= level_count {
-            return Ok(());
-        }
         for encoded in encode_row(tiles, &layout, request.colour_encoding) {
             let (tile, payload) =
                 encoded.map_err(|reason| ArchiveWriteError { path: path.to_owned(), reason })?;

@@ -49,16 +49,13 @@ pub fn write_heights(
     let mut ranges = RangeTable::new(level_count);
     let streamed = {
         let mut emit = |tiles: &TileRow<'_, f32>| -> Result<(), PrepareError> {
-            if tiles.level >= level_count {
-                return Ok(());
-            }
             for (tile, range, payload) in encoder.encode_row(tiles) {
                 archive.add(tile, &payload)?;
                 ranges.add(tile, range);
             }
             Ok(())
         };
-        stream(plan, request, run, &mut emit)?
+        stream(plan, (&layout, request), run, &mut emit)?
     };
     let (tiles, payload_bytes) = (archive.present().len(), archive.payload_bytes());
     archive.finish()?;
@@ -79,15 +76,12 @@ struct Streamed {
 /// Reads all rows through the void filler into the pyramid.
 fn stream(
     plan: &LayerPlan,
-    request: &PrepareRequest,
+    (layout, request): (&LayerLayout, &PrepareRequest),
     run: &Run<'_>,
     emit: &mut (impl FnMut(&TileRow<'_, f32>) -> Result<(), PrepareError> + Send),
 ) -> Result<Streamed, PrepareError> {
     let target = *plan.rows.target();
-    let gutter = LayerLayout::GUTTER_TEXELS as usize;
-    let tile_size = request.height_tile_texels as usize;
-    let mut pyramid =
-        RowPyramid::new(target.width, target.height, plan.level_count, tile_size, gutter);
+    let mut pyramid = RowPyramid::new((target.width, target.height), plan.level_count, layout);
     let mut has_voids = false;
     let mut filler = (!request.keep_voids).then(|| VoidFill::new(target.width, target.height));
     read_ahead(

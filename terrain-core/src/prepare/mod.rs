@@ -28,7 +28,6 @@ use std::time::Instant;
 
 pub use error::PrepareError;
 pub use request::PrepareRequest;
-pub use run::{NoProgress, Progress};
 pub use summary::{LayerSummary, PrepareSummary};
 pub(crate) use texel::{LinearColour, Texel};
 pub use void_fill::{MAX_VOID_CELLS, VoidReport};
@@ -41,6 +40,7 @@ use self::placement::name_of;
 use self::plan::Plan;
 use self::run::Run;
 use crate::dataset::{COLOURS_FILE, Crs, HEIGHTS_FILE, MANIFEST_FILE, Manifest};
+pub use crate::progress::{NoProgress, Progress};
 
 /// Makes a dataset of rasters.
 ///

@@ -1,6 +1,7 @@
 use std::collections::VecDeque;
 
 use super::texel::Texel;
+use crate::tiling::LayerLayout;
 
 /// Builds all levels of a layer from the rows of its finest one, in one pass.
 ///
@@ -10,6 +11,8 @@ use super::texel::Texel;
 pub struct RowPyramid<T> {
     tile_size: usize,
     gutter: usize,
+    /// Coarsest levels whose tiles are handed on.
+    emitted_levels: u8,
     /// Coarsest level first.
     levels: Vec<LevelRows<T>>,
 }
@@ -35,14 +38,9 @@ pub struct TileRow<'a, T> {
 }
 
 impl<T: Texel> RowPyramid<T> {
-    /// A pyramid of `level_count` levels over a finest raster of this size.
-    pub fn new(
-        width: usize,
-        height: usize,
-        level_count: u8,
-        tile_size: usize,
-        gutter: usize,
-    ) -> Self {
+    /// A pyramid of `level_count` levels over a finest raster of this width and height. Of as many levels
+    /// as the layout has, the coarsest, tiles are handed on.
+    pub fn new((width, height): (usize, usize), level_count: u8, layout: &LayerLayout) -> Self {
         let levels = (0..level_count)
             .map(|level| {
                 let shift = level_count - 1 - level;
@@ -56,11 +54,16 @@ impl<T: Texel> RowPyramid<T> {
                 }
             })
             .collect();
-        Self { tile_size, gutter, levels }
+        Self {
+            tile_size: layout.tile_size_texels as usize,
+            gutter: layout.gutter_texels as usize,
+            emitted_levels: layout.level_count,
+            levels,
+        }
     }
 
     /// Takes the next row of the finest level, from the north, and hands on every row of tiles that
-    /// is complete with it. Rows of tiles come in order within a level.
+    /// is complete with it, of the levels that are handed on. Rows of tiles come in order within a level.
     pub fn push<E>(
         &mut self,
         row: Vec<T>,
@@ -92,7 +95,9 @@ impl<T: Texel> RowPyramid<T> {
                 break;
             }
             let row = rows.next_tile_row as u32;
-            emit(&TileRow { level: level as u8, row, tile_size, gutter, rows })?;
+            if level < usize::from(self.emitted_levels) {
+                emit(&TileRow { level: level as u8, row, tile_size, gutter, rows })?;
+            }
             rows.next_tile_row += 1;
             rows.forget_before((rows.next_tile_row * tile_size).saturating_sub(gutter));
         }
@@ -210,7 +215,8 @@ mod tests {
         fn every_texel_of_every_tile_is_the_box_average(
             width in 1_usize..70, height in 1_usize..70, level_count in 1_u8..5, seed in 0_u32..1000,
         ) {
-            let (tile, gutter) = (8, 4);
+            let tile = 8;
+            let layout = LayerLayout { tile_size_texels: 8, gutter_texels: 4, level_count };
             let finest: Vec<f32> = (0..width * height)
                 .map(|i| {
                     let word = (i as u32 + seed).wrapping_mul(2_654_435_761) >> 16;
@@ -218,7 +224,7 @@ mod tests {
                 })
                 .collect();
             let mut tiles = HashMap::new();
-            let mut pyramid = RowPyramid::new(width, height, level_count, tile, gutter);
+            let mut pyramid = RowPyramid::new((width, height), level_count, &layout);
             for row in finest.chunks(width) {
                 pyramid.push(row.to_vec(), &mut |tile_row: &TileRow<'_, f32>| {
                     for column in 0..tile_row.columns() {

@@ -2,19 +2,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::PrepareError;
 use super::resample::LayerGrid;
-
-/// Hears how far the work has come.
-pub trait Progress: Sync {
-    /// `done` of `total` rows of a phase are through. Phases follow one another.
-    fn advanced(&self, phase: &str, done: u64, total: u64);
-}
-
-/// A [`Progress`] that tells nobody.
-pub struct NoProgress;
-
-impl Progress for NoProgress {
-    fn advanced(&self, _phase: &str, _done: u64, _total: u64) {}
-}
+use crate::progress::Progress;
 
 /// What all phases share: whom to tell, and whether to stop.
 pub struct Run<'a> {

@@ -11,7 +11,7 @@ use super::scene::{ReferenceError, ReferenceScene, SurfaceHit};
 use super::shading::Shading;
 use super::silhouette::SilhouetteTest;
 use crate::CameraView;
-use crate::prepare::Progress;
+use crate::progress::Progress;
 use crate::renderer_settings::RendererSettings;
 
 /// How a reference picture is taken.

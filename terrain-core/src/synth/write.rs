@@ -14,7 +14,7 @@ use super::geotiff_strips::{GeoTiffHeader, STRIP_ROWS};
 use super::ground::Ground;
 use super::preset::{COLOUR_CELL_M, COLOURS_PER_HEIGHT, EPSG, HEIGHT_CELL_M, Preset};
 use super::raster_rows::RasterRows;
-use crate::prepare::Progress;
+use crate::progress::Progress;
 
 /// Name of the heights' file.
 pub const HEIGHTS_FILE: &str = "dem.tif";

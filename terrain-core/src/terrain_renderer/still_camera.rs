@@ -10,6 +10,7 @@ use crate::CameraView;
 use crate::gpu::read_texture;
 use crate::measure::FrameRecord;
 use crate::method::SceneState;
+use crate::progress::{NoProgress, Progress};
 
 /// How long to wait for a source that says nothing.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -119,15 +120,31 @@ impl TerrainRenderer {
     /// # Errors
     /// [`RenderError::Camera`] where the view is none, [`RenderError::Gpu`] where the device has failed.
     pub fn settle(&mut self, view: &CameraView) -> Result<FrameRecord, RenderError> {
+        self.settle_with(view, &NoProgress)
+    }
+
+    /// [`Self::settle`], telling how many tiles of those known to be missing have come.
+    ///
+    /// # Errors
+    /// As [`Self::settle`].
+    pub fn settle_with(
+        &mut self,
+        view: &CameraView,
+        progress: &dyn Progress,
+    ) -> Result<FrameRecord, RenderError> {
         // Each round brings at least one tile or image, unless a disk takes its time.
         const MOST_FRAMES: u32 = 2_000;
         let mut sum = self.advance(view)?;
+        let mut most_missing = 0;
         for _ in 0..MOST_FRAMES {
             if !self.method.is_pending(&self.scene(view)) {
                 break;
             }
+            // All that is under way: the same rounds of them every time.
             self.wait()?;
             let record = self.advance(view)?;
+            most_missing = record.tiles_missing.max(most_missing);
+            progress.advanced("tiles", most_missing - record.tiles_missing, most_missing);
             sum.add_work_of(&record);
         }
         Ok(sum)

@@ -8,7 +8,6 @@ use terrain_core::measure::error::{DrawnPicture, MeasuredErrors, PictureDeviatio
 use terrain_core::measure::motion::{popping, swim_px};
 use terrain_core::measure::rest::{churn_at_rest, frames_until_sharp};
 use terrain_core::measure::{Flight, FrameRecord};
-use terrain_core::selection::Strategy;
 
 use super::exact_pictures::ExactPictures;
 use super::film_strip::{StripPicture, film_strip};
@@ -54,7 +53,7 @@ pub struct RunResult {
     /// What the run is called.
     pub name: String,
     /// How tiles were selected.
-    pub strategy: Strategy,
+    pub strategy: String,
     /// Whether it stands for its strategy.
     pub is_typical: bool,
     /// A record a frame, beginning with nothing in memory.
@@ -109,7 +108,7 @@ impl Course {
         Ok(RunResult {
             flight: self.name.clone(),
             name: plan.name.clone(),
-            strategy: plan.settings.strategy,
+            strategy: plan.strategy.clone(),
             is_typical: plan.is_typical,
             frames_until_sharp: self.frames_until_sharp(&views, &records),
             churn_at_rest: churn_at_rest(&views, &records),
@@ -237,7 +236,7 @@ impl RunResult {
         Self {
             flight: "flight".into(),
             name: name.into(),
-            strategy: Strategy::default(),
+            strategy: "rtt-quadtree".into(),
             is_typical: true,
             records,
             warm_records: Vec::new(),

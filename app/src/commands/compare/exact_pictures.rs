@@ -3,9 +3,9 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
+use terrain_core::NoProgress;
 use terrain_core::dataset::TileSource;
 use terrain_core::measure::error::true_heights_m;
-use terrain_core::prepare::NoProgress;
 use terrain_core::reference::{
     ReferencePicture, ReferenceScene, ReferenceSettings, render_reference,
 };

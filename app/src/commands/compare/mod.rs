@@ -7,6 +7,7 @@ mod film_strip;
 mod page;
 mod plans;
 mod run_summary;
+mod variant;
 mod worst_frames;
 mod write;
 
@@ -19,13 +20,13 @@ use terrain_core::dataset::{Dataset, DelayedSource, HeightEncoding, Manifest, Ti
 use terrain_core::gpu::{AdapterChoice, GpuContext};
 use terrain_core::measure::sweep::{Knob, Sweep};
 use terrain_core::measure::{Flight, PlannedFlight};
-use terrain_core::selection::{Strategy, UnknownStrategy};
 
 use self::comparison::ErrorColumn;
 use self::course::{Course, Rules, RunResult};
 use self::exact_pictures::ExactPictures;
 use self::page::{Page, Scene};
 use self::plans::RunPlan;
+use self::variant::VariantList;
 use crate::arg_values::positive;
 use crate::commands::fly::frames_to_draw;
 use crate::drawing_args::{DrawingArgs, Size};
@@ -82,15 +83,11 @@ pub struct CompareArgs {
     )]
     flights: Vec<PathBuf>,
 
-    /// How tiles are selected, a run each, with commas between them; `all` is every strategy [default:
-    /// that of --strategy]
-    #[arg(
-        long,
-        value_name = "STRATEGY,..",
-        value_parser = strategy_list,
-        conflicts_with = "strategy"
-    )]
-    strategies: Option<StrategyList>,
+    /// How tiles are selected, a run each, with commas between them; `all` is every strategy. A name may
+    /// be followed by +exact and +least-error, settings for it alone: rtt-quadtree+exact [default: that
+    /// of --strategy]
+    #[arg(long, value_name = "STRATEGY,..", conflicts_with = "strategy")]
+    strategies: Option<VariantList>,
 
     /// Fly once for each value of a knob
     #[arg(long, value_name = "KNOB=V,V,..")]
@@ -156,17 +153,6 @@ pub struct CompareArgs {
     drawing: DrawingArgs,
 }
 
-/// Strategies as they are given: names with commas between them, or all.
-#[derive(Clone, Debug)]
-struct StrategyList(Vec<Strategy>);
-
-fn strategy_list(text: &str) -> Result<StrategyList, UnknownStrategy> {
-    if text == ALL {
-        return Ok(StrategyList(Strategy::ALL.to_vec()));
-    }
-    Ok(StrategyList(text.split(',').map(str::parse).collect::<Result<_, _>>()?))
-}
-
 /// A part of a flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Seconds {
@@ -208,7 +194,7 @@ pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
     let gpu = Arc::new(GpuContext::headless(adapter)?);
     let settings = args.drawing.settings(1.0).for_adapter(gpu.is_software());
     let strategies = match &args.strategies {
-        None => vec![settings.strategy],
+        None => vec![settings.strategy.into()],
         Some(list) => list.0.clone(),
     };
     let sweep = args.sweep();
@@ -383,14 +369,5 @@ mod tests {
         for wrong in ["", "3", "4..3", "-1..2", "a..b", "0..NaN"] {
             assert!(seconds(wrong).is_err(), "{wrong}");
         }
-    }
-
-    #[test]
-    fn strategies_are_a_list_or_all_of_them() {
-        let list = |text| strategy_list(text).map(|list| list.0);
-        assert_eq!(list("all"), Ok(Strategy::ALL.to_vec()));
-        let two = vec![Strategy::CpuFrustum, Strategy::RttQuadtree];
-        assert_eq!(list("cpu-frustum,rtt-quadtree"), Ok(two));
-        assert!(list("rtt-quadtree,nothing").unwrap_err().to_string().contains("\"nothing\""));
     }
 }

@@ -10,6 +10,7 @@ use crate::gpu::frame_bindings::FrameBindings;
 use crate::gpu::manage_tiles_pass::{LayerDeliveries, ManageTilesPass, Slot};
 use crate::gpu::offset_table_buffer::{TileEntry, TilePlace, ToldFrom};
 use crate::gpu::tile_management::TileManagement;
+use crate::gpu::tile_presence::presence_buffer;
 use crate::gpu::tile_report::TileReport;
 use crate::gpu::{FrameUniforms, GpuContext, TableRange, TerrainCache};
 use crate::residency::managed_slots::{HeldTile, ManagedFrame, ManagedSlots, SlotState};
@@ -80,7 +81,8 @@ impl Bench {
             usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let management = TileManagement::new(&gpu.device, &tree, &mut cache, &selected);
+        let inputs = (&selected, &presence_buffer(&gpu.device, &tree));
+        let management = TileManagement::new(&gpu.device, &tree, &mut cache, inputs);
         let bindings =
             FrameBindings::new(&gpu.device, &cache.table, &cache.heights, &cache.colours);
         Self { gpu, tree, cache, bindings, selected, management }

@@ -16,13 +16,12 @@ use glam::DVec2;
 
 use self::colour_tiles::ColourTiles;
 use self::height_tiles::{HeightTiles, load_patch};
-use super::tile_cache_size::check_cache_fits;
+use super::cached_tiles::CachedTiles;
 use super::{FrameContext, Moved, SceneState, TerrainMethod};
 use crate::CameraView;
 use crate::dataset::TileSource;
-use crate::frame_setup::frame_uniforms;
 use crate::gpu::{
-    DebugImage, FrameBindings, FrameGroup, TargetKind, TerrainCache, ViewMeshBuffers, ViewMeshPass,
+    DebugImage, FrameGroup, TargetKind, TerrainCache, ViewMeshBuffers, ViewMeshPass,
     ViewMeshPassSettings, draw_view_mesh_coordinates,
 };
 use crate::layer_loading::colour_format;
@@ -42,8 +41,7 @@ pub(super) struct CpuMesh {
     mesh: ViewMesh,
     buffers: ViewMeshBuffers,
     colours: ColourTiles,
-    cache: TerrainCache,
-    bindings: FrameBindings,
+    tiles: CachedTiles,
     pass: Option<(ViewMeshPassSettings, ViewMeshPass)>,
     failures: Vec<String>,
     selection: Selection,
@@ -78,27 +76,23 @@ impl CpuMesh {
     ) -> Result<Self, RenderError> {
         let (gpu, settings) = (cx.gpu, cx.settings);
         let slots = (settings.cache_columns, settings.cache_rows);
-        check_cache_fits(gpu, &tree, slots)?;
+        let format = colour_format(&**source, gpu.has_block_compression());
+        let tiles = CachedTiles::new(cx, &tree, format, TerrainCache::of_colours)?;
         let frame = PatchFrame {
             scheme: tree.scheme,
             data_extent: tree.data_extent,
             layout: tree.heights.layout,
         };
         let root = load_patch(&**source, frame, TileId::ROOT)?;
-        let format = colour_format(&**source, gpu.has_block_compression());
         let colours = ColourTiles::open(source, format, slots, cx.ledger)?;
         cx.ledger.add(ByteCause::Disk, root.disk_bytes);
-        let cache = TerrainCache::of_colours(gpu, &tree, format, slots);
-        let bindings =
-            FrameBindings::new(&gpu.device, &cache.table, &cache.heights, &cache.colours);
         Ok(Self {
             has_voids: source.manifest().heights.has_voids,
             heights: HeightTiles::new(source, frame)?,
             mesh: ViewMesh::new(frame, root.tile, settings.vertical_exaggeration),
             buffers: ViewMeshBuffers::new(&gpu.device),
             colours,
-            cache,
-            bindings,
+            tiles,
             pass: None,
             failures: Vec::new(),
             selection: Selection { tiles: vec![TileId::ROOT], ..Default::default() },
@@ -157,20 +151,9 @@ impl TerrainMethod for CpuMesh {
         _encoder: &mut wgpu::CommandEncoder,
         scene: &SceneState,
     ) {
-        let (view, none) = (&scene.view, OffsetTable::build([]));
-        let (eye, colours) = (view.eye.truncate(), self.colours.table.as_ref());
-        let tables = self.cache.update_tables(cx.gpu, &self.tree, eye, &none, colours);
-        cx.ledger.add(ByteCause::Table, tables.sent_bytes);
-        if tables.grew {
-            self.bindings.rebind(&cx.gpu.device, &self.cache.table);
-        }
+        let tables = (&OffsetTable::build([]), self.colours.table.as_ref());
         // No mesh is scaled here.
-        let mut uniforms = frame_uniforms(view, &self.tree, &scene.settings, 1.0);
-        [uniforms.height_table, uniforms.colour_table] = tables.ranges;
-        uniforms.height_uv_per_texel = self.cache.heights.grid.uv_per_texel();
-        uniforms.colour_uv_per_texel = self.cache.colours.grid.uv_per_texel();
-        let sent = self.bindings.frame.set_uniforms(&cx.gpu.queue, &uniforms);
-        cx.ledger.add(ByteCause::Uniform, sent);
+        self.tiles.show(cx, &self.tree, (scene, 1.0), tables);
     }
 
     fn draw(
@@ -191,11 +174,11 @@ impl TerrainMethod for CpuMesh {
         };
         let terrain = match self.pass.take() {
             Some((built_for, pass)) if built_for == settings => pass,
-            _ => ViewMeshPass::new(&cx.gpu.device, &self.bindings, settings),
+            _ => ViewMeshPass::new(&cx.gpu.device, &self.tiles.bindings, settings),
         };
-        terrain.draw(pass, &self.bindings, &self.buffers, self.mesh.triangle_count());
+        terrain.draw(pass, &self.tiles.bindings, &self.buffers, self.mesh.triangle_count());
         self.pass = Some((settings, terrain));
-        &self.bindings.frame
+        &self.tiles.bindings.frame
     }
 
     fn describe(&self, _settings: &RendererSettings, record: &mut FrameRecord) {
@@ -214,7 +197,7 @@ impl TerrainMethod for CpuMesh {
     ) -> wgpu::Texture {
         let mesh = (&self.buffers, self.mesh.triangle_count());
         let size_px = scene.view.viewport_px;
-        draw_view_mesh_coordinates(&cx.gpu.device, encoder, &self.bindings, mesh, size_px)
+        draw_view_mesh_coordinates(&cx.gpu.device, encoder, &self.tiles.bindings, mesh, size_px)
     }
 
     fn is_pending(&self, scene: &SceneState) -> bool {
@@ -251,7 +234,7 @@ impl TerrainMethod for CpuMesh {
     }
 
     fn debug_texture(&self, image: DebugImage) -> Option<wgpu::TextureView> {
-        (image == DebugImage::ColourCache).then(|| self.cache.colours.mip(0))
+        (image == DebugImage::ColourCache).then(|| self.tiles.cache.colours.mip(0))
     }
 }
 
@@ -294,12 +277,7 @@ impl CpuMesh {
         let moved = self.colours.update(&wanted, budget_bytes, cx.frame);
         cx.ledger.add(ByteCause::Disk, moved.disk_bytes);
         self.failures.extend(moved.failures);
-        let sent = self.cache.upload_colours(cx.gpu, encoder, &moved.uploads);
-        cx.ledger.add(ByteCause::Dom, sent);
-        if let Some(layer) = &self.tree.colours {
-            let texels = layer.layout.stored_texels(moved.uploads.len());
-            cx.ledger.add_texels(ByteCause::Dom, texels);
-        }
+        self.tiles.send_colours(cx, encoder, &self.tree, &moved.uploads);
         let evicted = moved.uploads.iter().filter(|(placement, _)| placement.evicted.is_some());
         Moved { new: moved.uploads.len() as u64, evicted: evicted.count() as u64 }
     }

@@ -19,9 +19,7 @@ use crate::layer_loading::colour_format;
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::RendererSettings;
 use crate::resident_terrain::ResidentTerrain;
-use crate::selection::{
-    RttQuadtree, Selection, SelectionStrategy, TileTree, Visibility, visible_region,
-};
+use crate::selection::{RttQuadtree, Selection, SelectionStrategy, TileTree};
 use crate::terrain_renderer::RenderError;
 use crate::tiling::TileId;
 
@@ -57,7 +55,7 @@ impl TileScheduling {
         let drawn = DrawnTiles::new(cx, source, &tree, format)?;
         let terrain = ResidentTerrain::open(source, tree, format, slots, cx.ledger)?;
         Ok(Self {
-            feedback: CoordinateFeedback::new(&gpu.device, &drawn.bindings, settings),
+            feedback: CoordinateFeedback::new(&gpu.device, &drawn.tiles.bindings, settings),
             terrain,
             drawn,
             asked: None,
@@ -95,16 +93,8 @@ impl TerrainMethod for TileScheduling {
     fn receive(&mut self, cx: &mut FrameContext<'_>) {
         let Some((image, count)) = self.feedback.take_newest(cx.frame) else { return };
         cx.ledger.add(ByteCause::Readback, count * self.feedback.image_bytes());
-        let is_exact = cx.settings.visibility == Visibility::Exact;
-        let found = RegionState {
-            region: visible_region(&image),
-            frame: image.frame,
-            view: image.view,
-            image: is_exact.then_some(image),
-            images: 1,
-            images_of_all: u32::from(self.terrain.missing() == 0),
-        };
-        self.region = Some(RegionState::after(self.region.as_ref(), found));
+        let is_of_all = self.terrain.missing() == 0;
+        self.region = Some(RegionState::after(self.region.as_ref(), image, is_of_all));
     }
 
     /// Selects by the latest region where the strategy needs one.
@@ -117,8 +107,8 @@ impl TerrainMethod for TileScheduling {
         }
         let started = Instant::now();
         let config = settings.selection_config();
-        let seen = state.and_then(|state| state.seen(settings.visibility));
-        let region_frame = state.map(|state| state.frame);
+        let seen = state.and_then(|state| state.visible(settings.visibility));
+        let region_frame = state.map(|state| state.seen.frame);
         self.selection = strategy(settings).select(&self.terrain.tree, seen, view, &config);
         self.selected = Some((*view, region_frame));
         started.elapsed().as_secs_f64() * 1.0e3
@@ -148,7 +138,9 @@ impl TerrainMethod for TileScheduling {
         scene: &SceneState,
     ) {
         let scale_m = mesh_scale_m(&self.terrain.tree, self.clearance_m(scene));
-        self.set_uniforms(cx, scene, scale_m);
+        let Self { terrain, drawn, .. } = self;
+        let tables = (&terrain.height_table, terrain.colour_table.as_ref());
+        drawn.tiles.show(cx, &terrain.tree, (scene, scale_m), tables);
         let has_coordinates = strategy(&scene.settings).needs_region();
         let scale = (scale_m, has_coordinates);
         self.drawn.set_meshes(cx, encoder, &self.terrain.tree, scene, scale);
@@ -166,7 +158,7 @@ impl TerrainMethod for TileScheduling {
         }
         self.drawn.displace(encoder, [false, true]);
         let Some(mesh) = self.drawn.meshes.coordinates() else { return false };
-        self.asked = self.feedback.record(encoder, &self.drawn.bindings, mesh);
+        self.asked = self.feedback.record(encoder, &self.drawn.tiles.bindings, mesh);
         if self.asked.is_some() {
             self.coordinates = Some(self.coordinate_state(scene));
         }
@@ -222,7 +214,7 @@ impl TerrainMethod for TileScheduling {
     fn reconsider(&mut self) {
         self.selected = None;
         if let Some(region) = &mut self.region {
-            (region.images, region.images_of_all) = (0, 0);
+            region.seen.reconsider();
         }
     }
 
@@ -251,21 +243,6 @@ impl TerrainMethod for TileScheduling {
 }
 
 impl TileScheduling {
-    /// Brings tables and uniforms to the GPU.
-    fn set_uniforms(&mut self, cx: &mut FrameContext<'_>, scene: &SceneState, scale_m: f64) {
-        let Self { terrain, drawn, .. } = self;
-        let eye = scene.view.eye.truncate();
-        let (heights, colours) = (&terrain.height_table, terrain.colour_table.as_ref());
-        let tables = drawn.cache.update_tables(cx.gpu, &terrain.tree, eye, heights, colours);
-        cx.ledger.add(ByteCause::Table, tables.sent_bytes);
-        if tables.grew {
-            drawn.bindings.rebind(&cx.gpu.device, &drawn.cache.table);
-        }
-        let mut uniforms = drawn.uniforms(&terrain.tree, scene, scale_m);
-        [uniforms.height_table, uniforms.colour_table] = tables.ranges;
-        drawn.set_uniforms(cx, &uniforms);
-    }
-
     fn coordinate_state(&self, scene: &SceneState) -> CoordinateState {
         let SceneState { view, settings, .. } = *scene;
         CoordinateState { view, uploads: self.terrain.uploads, settings }
@@ -279,7 +256,7 @@ impl TileScheduling {
     }
 
     fn wants_selection(&self, settings: &RendererSettings, view: &CameraView) -> bool {
-        let region_frame = self.region_in_use(settings).map(|state| state.frame);
+        let region_frame = self.region_in_use(settings).map(|state| state.seen.frame);
         !settings.freeze_selection && self.selected != Some((*view, region_frame))
     }
 
@@ -291,8 +268,7 @@ impl TileScheduling {
     /// How many frames ago the region in use was seen; 0 where the camera has not moved since.
     fn region_age_frames(&self, settings: &RendererSettings, frame: u64) -> Option<u64> {
         let state = self.region_in_use(settings)?;
-        let is_current = self.selected.is_some_and(|(view, _)| view == state.view);
-        Some(if is_current { 0 } else { frame - state.frame })
+        Some(state.seen.age_frames(self.selected.as_ref().map(|(view, _)| view), frame))
     }
 
     /// Distance in metres from the eye to the ground below it.

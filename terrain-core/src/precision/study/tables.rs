@@ -40,6 +40,14 @@ fn optional(value: Option<impl ToString>) -> String {
     value.map_or(String::new(), |value| value.to_string())
 }
 
+/// Rows measured on the CPU, each with its twin measured on the GPU, where there was one.
+fn with_twins<'a, T>(
+    cpu: &'a [T],
+    gpu: Option<&'a [T]>,
+) -> impl Iterator<Item = (&'a T, Option<&'a T>)> {
+    cpu.iter().enumerate().map(move |(index, row)| (row, gpu.map(|rows| &rows[index])))
+}
+
 fn spans(study: &Study) -> NamedTable {
     let rows = study.spans.iter().map(|row| {
         vec![
@@ -107,9 +115,8 @@ fn natives(study: &Study) -> NamedTable {
 }
 
 fn positions(study: &Study) -> NamedTable {
-    let gpu = study.encodings.gpu.as_ref().map(|errors| &errors.positions);
-    let rows = study.encodings.cpu.positions.iter().enumerate().map(|(index, row)| {
-        let on_gpu = gpu.map(|rows| &rows[index]);
+    let gpu = study.encodings.gpu.as_ref().map(|errors| &errors.positions[..]);
+    let rows = with_twins(&study.encodings.cpu.positions, gpu).map(|(row, on_gpu)| {
         vec![
             row.encoding.name().to_owned(),
             cell(row.cell.magnitude_m),
@@ -144,15 +151,15 @@ fn positions(study: &Study) -> NamedTable {
 }
 
 fn places(study: &Study) -> NamedTable {
-    let gpu = study.encodings.gpu.as_ref().map(|errors| &errors.places);
-    let rows = study.encodings.cpu.places.iter().enumerate().map(|(index, row)| {
+    let gpu = study.encodings.gpu.as_ref().map(|errors| &errors.places[..]);
+    let rows = with_twins(&study.encodings.cpu.places, gpu).map(|(row, on_gpu)| {
         vec![
             row.encoding.name().to_owned(),
             cell(row.cell.magnitude_m),
             row.cell.level.to_string(),
             cell(row.cell.fov_deg),
             cell(row.worst_texels),
-            optional(gpu.map(|rows| cell(rows[index].worst_texels))),
+            optional(on_gpu.map(|row| cell(row.worst_texels))),
         ]
     });
     NamedTable {
@@ -180,9 +187,8 @@ fn depth(study: &Study) -> NamedTable {
 }
 
 fn grounds(study: &Study) -> NamedTable {
-    let gpu = study.encodings.gpu.as_ref().map(|errors| &errors.grounds);
-    let rows = study.encodings.cpu.grounds.iter().enumerate().map(|(index, row)| {
-        let on_gpu = gpu.map(|rows| &rows[index]);
+    let gpu = study.encodings.gpu.as_ref().map(|errors| &errors.grounds[..]);
+    let rows = with_twins(&study.encodings.cpu.grounds, gpu).map(|(row, on_gpu)| {
         vec![
             row.encoding.name().to_owned(),
             cell(row.cell.magnitude_m),

@@ -13,7 +13,7 @@ use super::{
     LimitMemory, LimitRelief, LimitSurfaceError, MipTexture,
 };
 use crate::dataset::TileSource;
-use crate::prepare::Progress;
+use crate::progress::Progress;
 use crate::tiling::Extent;
 
 /// Name of the file of a dataset's limit-triangulated surface, in the dataset's folder.

@@ -6,7 +6,7 @@ use glam::{DVec2, dvec2};
 
 use super::Case;
 use crate::CameraView;
-use crate::prepare::NoProgress;
+use crate::progress::NoProgress;
 use crate::reference::{ReferenceError, ReferencePicture, ReferenceSettings, render_reference};
 
 fn picture(case: &Case, view: &CameraView, settings: &ReferenceSettings) -> ReferencePicture {

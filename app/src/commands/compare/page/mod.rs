@@ -128,7 +128,7 @@ impl Page {
         for sentence in self.scene.sentences(&self.runs) {
             report.paragraph(&sentence);
         }
-        if distinct(self.runs.iter().map(|run| run.strategy)).len() > 1 {
+        if distinct(self.runs.iter().map(|run| run.strategy.as_str())).len() > 1 {
             paper_table::add(&mut report, &self.scene, &self.summaries, &self.comparisons);
         }
         notes::add_counted(&mut report);

@@ -79,8 +79,8 @@ fn add_as_given(
     let mut header = header(time);
     header.extend(["frames a second", "FLIP", "screen-space error (px)"].map(str::to_owned));
     let rows = (0..comparison.strategies.len()).map(|strategy| {
-        let name = comparison.strategies[strategy];
-        let typical = runs.iter().filter(|run| run.is_typical && run.strategy == name);
+        let name = &comparison.strategies[strategy];
+        let typical = runs.iter().filter(|run| run.is_typical && run.strategy == *name);
         let typical = typical.collect::<Vec<_>>();
         let mean = |value: &dyn Fn(&RunSummary) -> f64| {
             typical.iter().map(|run| value(run)).sum::<f64>() / typical.len() as f64
@@ -132,7 +132,7 @@ fn row(comparison: &Comparison, strategy: usize) -> Vec<String> {
 fn add_flights(report: &mut HtmlReport, comparison: &Comparison) {
     let error = comparison.equal.map(ErrorColumn::label);
     let header = ["flight, KB to the GPU a frame"].into_iter().chain(error);
-    let header = header.chain(comparison.strategies.iter().copied()).collect::<Vec<_>>();
+    let header = header.chain(comparison.strategies.iter().map(String::as_str)).collect::<Vec<_>>();
     let rows = comparison.flights.iter().map(|flight| {
         let error = comparison
             .equal
