@@ -12,6 +12,7 @@ use crate::commands::precision::PrecisionArgs;
 use crate::commands::prepare::PrepareArgs;
 use crate::commands::render::RenderArgs;
 use crate::commands::synth::SynthArgs;
+use crate::commands::tin::TinArgs;
 
 const EXAMPLE: &str = "Example:
   terrain prepare --dem dem.tif --dom orthophoto.tif --out alps
@@ -39,6 +40,8 @@ pub enum Command {
     Prepare(PrepareArgs),
     /// Write rasters of synthetic mountains, as large as wanted.
     Synth(SynthArgs),
+    /// Make triangles of a raster or of points, within a stated error.
+    Tin(TinArgs),
     /// Tell what a dataset holds.
     Info(InfoArgs),
     /// Fly over a dataset, in a window or measured without one.

@@ -83,8 +83,18 @@ fn benchmarks_and_tests_that_are_named_exist() -> anyhow::Result<()> {
 
 #[test]
 fn commands_that_are_named_exist() -> anyhow::Result<()> {
-    let known =
-        ["prepare", "info", "fly", "render", "compare", "precision", "limit", "doctor", "synth"];
+    let known = [
+        "prepare",
+        "info",
+        "fly",
+        "render",
+        "compare",
+        "precision",
+        "limit",
+        "doctor",
+        "synth",
+        "tin",
+    ];
     for (path, text) in documents()? {
         let commands = text.split('`').skip(1).step_by(2).chain(text.lines());
         for command in commands.filter_map(|line| line.trim().strip_prefix("terrain ")) {

@@ -95,7 +95,8 @@ fn reachable<'a>(from: &'a str, nodes: &BTreeMap<&'a str, &'a Value>) -> BTreeSe
 
 /// A package's dependencies for building and running on Linux.
 fn runtime_dependencies(node: &Value) -> impl Iterator<Item = &str> {
-    let elsewhere = ["windows", "macos", "apple", "wasm", "android", "web", "emscripten", "ios"];
+    let elsewhere =
+        ["windows", "macos", "apple", "wasm", "android", "web", "emscripten", "ios", "haiku"];
     elements(node, "deps").iter().filter_map(move |dependency| {
         let needed = elements(dependency, "dep_kinds").iter().any(|kind| {
             let target = kind["target"].as_str().unwrap_or("linux");

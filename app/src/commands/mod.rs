@@ -9,6 +9,7 @@ pub mod precision;
 pub mod prepare;
 pub mod render;
 pub mod synth;
+pub mod tin;
 
 use std::path::Path;
 
@@ -31,6 +32,7 @@ pub fn run(cli: Cli) -> anyhow::Result<()> {
         None => run_demo(cli.adapter),
         Some(Command::Prepare(args)) => prepare::run(args),
         Some(Command::Synth(args)) => synth::run(args),
+        Some(Command::Tin(args)) => tin::run(&args),
         Some(Command::Info(args)) => info::run(args),
         Some(Command::Fly(args)) => fly::run(&args, &cli.adapter),
         Some(Command::Render(args)) => render::run(&args, &cli.adapter),

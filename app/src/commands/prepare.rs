@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use terrain_core::dataset::{ColourEncoding, ColourFormat, HeightEncoding};
-use terrain_core::prepare::{LayerSummary, PrepareRequest, PrepareSummary, prepare};
+use terrain_core::prepare::{LayerSummary, PointOptions, PrepareRequest, PrepareSummary, prepare};
 use terrain_core::tiling::Extent;
 
 use crate::arg_values::parse_extent;
@@ -19,13 +19,27 @@ use crate::progress::PhaseProgress;
 Examples:
   terrain prepare --dem dem.tif --dom ortho.tif --out alps
   terrain prepare --dem N46E007.hgt N46E008.hgt --out valais
+  terrain prepare --dem survey-1.laz survey-2.laz --point-class 2,9 --out coast
   terrain prepare --dem etopo.tif --dom relief.jpg --dom-extent -180,-90,180,90 \\
       --crs EPSG:4087 --out earth")]
 pub struct PrepareArgs {
-    /// Height rasters (GeoTIFF, SRTM .hgt, grey PNG with a world file); the first one counts where
-    /// they overlap
+    /// Height rasters (GeoTIFF, SRTM .hgt, grey PNG with a world file) and points (LAS, LAZ, and .csv,
+    /// .xyz, .txt of x, y, height); the first one counts where they overlap. All points together make
+    /// one surface, that of their natural neighbours
     #[arg(long, value_name = "FILE", num_args = 1.., required = true)]
     dem: Vec<PathBuf>,
+
+    /// LAS classes to take, such as 2 for ground or 2,9 [default: 2 if the file has any, else all]
+    #[arg(long, value_name = "CLASS", value_delimiter = ',')]
+    point_class: Vec<u8>,
+
+    /// Side of the cells that points are interpolated to [default: as many cells as points]
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
+    point_spacing: Option<f64>,
+
+    /// CRS of points that do not say theirs [default: that of --crs]
+    #[arg(long, value_name = "EPSG:n", value_parser = parse_epsg)]
+    point_crs: Option<u32>,
 
     /// Pictures (GeoTIFF, PNG or JPEG with a world file)
     #[arg(long, value_name = "FILE", num_args = 1..)]
@@ -68,9 +82,22 @@ pub struct PrepareArgs {
     #[arg(long, value_enum, default_value_t = DomEncoding::Bc7)]
     dom_encoding: DomEncoding,
 
-    /// Leave gaps in the heights as they are
+    /// Leave gaps in the heights as they are; else those that heights enclose are filled, if at most 64
+    /// cells wide and high
     #[arg(long)]
     keep_voids: bool,
+
+    /// Fill larger gaps too, of at most so many square kilometres (2048 cells wide and high), and all
+    /// of them by the natural neighbours on their rims. Gaps at the raster's border stay [default: 100]
+    #[arg(
+        long,
+        value_name = "KM2",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "100",
+        conflicts_with = "keep_voids"
+    )]
+    fill_voids: Option<f64>,
 
     /// Go on with the layers (heights, colours) that the same command with --resume finished before
     /// it was interrupted; a layer begun is made anew
@@ -114,6 +141,11 @@ pub fn run(args: PrepareArgs) -> anyhow::Result<()> {
 fn request_of(args: PrepareArgs) -> PrepareRequest {
     PrepareRequest {
         epsg: args.crs,
+        points: PointOptions {
+            classes: args.point_class,
+            spacing_m: args.point_spacing,
+            epsg: args.point_crs,
+        },
         colour_bounds: args.dom_extent.map(|Extent { min, max }| [min.x, min.y, max.x, max.y]),
         colour_epsg: args.dom_crs,
         height_tile_texels: args.dem_tile,
@@ -131,6 +163,7 @@ fn request_of(args: PrepareArgs) -> PrepareRequest {
         },
         jpeg_format: ColourFormat::Bc7,
         keep_voids: args.keep_voids,
+        fill_voids_km2: args.fill_voids,
         is_resumable: args.resume,
         ..PrepareRequest::new(args.dem, args.dom, args.out)
     }
@@ -174,7 +207,8 @@ fn write_layer(
     Ok(width as f64 * height as f64)
 }
 
-fn parse_epsg(text: &str) -> Result<u32, String> {
+/// Reads a CRS given as `EPSG:32632` or as the number alone.
+pub fn parse_epsg(text: &str) -> Result<u32, String> {
     let digits = text.strip_prefix("EPSG:").or_else(|| text.strip_prefix("epsg:")).unwrap_or(text);
     digits.parse().map_err(|_| format!("{text:?} is not of the form EPSG:32632"))
 }

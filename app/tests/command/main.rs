@@ -12,5 +12,6 @@ mod harness;
 mod precision;
 #[cfg(unix)]
 mod preparing;
+mod tin;
 mod usage;
 mod window;

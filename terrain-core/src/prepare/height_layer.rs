@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::plan::LayerPlan;
 use super::row_pyramid::{RowPyramid, TileRow};
 use super::run::{Run, read_ahead};
-use super::void_fill::{VoidFill, VoidReport};
+use super::void_fill::{VoidFill, VoidReport, VoidRule};
 use super::{PrepareError, PrepareRequest};
 use crate::dataset::codec::{EXACT_STEPS, NO_DATA_STEPS, encode_height_steps, encode_heights_m};
 use crate::dataset::{ArchiveWriter, HeightEncoding, HeightLayer, HeightRange, HeightRanges};
@@ -83,7 +83,8 @@ fn stream(
     let target = *plan.rows.target();
     let mut pyramid = RowPyramid::new((target.width, target.height), plan.level_count, layout);
     let mut has_voids = false;
-    let mut filler = (!request.keep_voids).then(|| VoidFill::new(target.width, target.height));
+    let rule = void_rule(request, target.texel_m);
+    let mut filler = rule.map(|rule| VoidFill::new(target.width, target.height, rule));
     read_ahead(
         &target,
         "heights",
@@ -105,6 +106,17 @@ fn stream(
     )?;
     let voids = filler.map(|filler| filler.report).unwrap_or_default();
     Ok(Streamed { voids, has_voids })
+}
+
+/// Which gaps are filled, of heights in cells of this side.
+fn void_rule(request: &PrepareRequest, texel_m: f64) -> Option<VoidRule> {
+    if request.keep_voids {
+        return None;
+    }
+    Some(match request.fill_voids_km2 {
+        None => VoidRule::Small,
+        Some(km2) => VoidRule::Large { most_cells: (km2 * 1e6 / (texel_m * texel_m)) as usize },
+    })
 }
 
 /// The range of all heights. Reading everything once before anything is written also finds damaged

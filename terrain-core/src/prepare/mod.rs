@@ -1,4 +1,4 @@
-//! From rasters to a dataset.
+//! From rasters and points to a dataset.
 //!
 //! [`prepare`] opens the sources ([`source`]), plans the tile scheme and both layers' grids, then
 //! streams each layer once from north to south: rows are resampled where they have to be, gaps in
@@ -9,8 +9,10 @@ mod colour_layer;
 mod error;
 mod finished_layers;
 mod height_layer;
+mod make_tin;
 mod mosaic;
 mod output_folder;
+mod placed_points;
 mod placement;
 mod plan;
 mod request;
@@ -21,16 +23,18 @@ pub mod source;
 mod summary;
 mod texel;
 mod void_fill;
+mod void_surface;
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 pub use error::PrepareError;
-pub use request::PrepareRequest;
+pub use make_tin::{MadeTin, TinRequest, make_tin};
+pub use request::{PointOptions, PrepareRequest};
 pub use summary::{LayerSummary, PrepareSummary};
 pub(crate) use texel::{LinearColour, Texel};
-pub use void_fill::{MAX_VOID_CELLS, VoidReport};
+pub use void_fill::{MAX_LARGE_VOID_CELLS, MAX_VOID_CELLS, VoidReport};
 
 use self::colour_layer::write_colours;
 use self::finished_layers::FinishedLayers;
@@ -52,9 +56,9 @@ pub fn prepare(
     cancel: &AtomicBool,
 ) -> Result<PrepareSummary, PrepareError> {
     let started = Instant::now();
-    let plan = Plan::new(request)?;
-    let output = OutputFolder::create(&request.out, request.is_resumable)?;
     let run = Run { progress, cancel };
+    let plan = Plan::new(request, &run)?;
+    let output = OutputFolder::create(&request.out, request.is_resumable)?;
     let layers = FinishedLayers::new(output.path(), request, &plan);
     let heights = layers.find_or_write(HEIGHTS_FILE, |archive| {
         write_heights(&plan.heights, plan.height_step_m, request, archive, &run)
@@ -67,7 +71,7 @@ pub fn prepare(
     };
 
     let mut notes = plan.notes.clone();
-    notes.extend(summary::void_notes(&heights.voids, request.keep_voids));
+    notes.extend(summary::void_notes(&heights.voids, request));
     let sources = request.heights.iter().chain(&request.colours);
     let manifest = Manifest {
         version: Manifest::VERSION,

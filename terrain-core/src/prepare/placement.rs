@@ -6,18 +6,31 @@ use std::sync::Arc;
 use glam::{DVec2, dvec2};
 
 use super::mosaic::PlacedRaster;
-use super::source::{RasterContent, RasterGrid, RasterSource, open_raster};
+use super::placed_points::place_points;
+use super::run::Run;
+use super::source::{RasterContent, RasterGrid, RasterSource, is_point_file, open_raster};
 use super::{PrepareError, PrepareRequest};
 use crate::geodesy::{CoordinateSystem, CoordinateTransform, epsg_name};
 use crate::tiling::Extent;
 
 /// Opens and places all height rasters.
+///
+/// All files of points make one raster, in the first one's place.
 pub fn place_heights(
     request: &PrepareRequest,
     notes: &mut Vec<String>,
+    run: &Run<'_>,
 ) -> Result<Vec<PlacedRaster>, PrepareError> {
+    let points = request.heights.iter().filter(|path| is_point_file(path));
+    let points: Vec<PathBuf> = points.cloned().collect();
     let mut placed = Vec::new();
     for path in &request.heights {
+        if is_point_file(path) {
+            if points.first() == Some(path) {
+                placed.push(place_points(request, &points, notes, run)?);
+            }
+            continue;
+        }
         let source = open_raster(path)?;
         if source.info().content == RasterContent::Picture {
             let reason = "a picture, not heights; give it with --dom".to_owned();

@@ -5,6 +5,7 @@ use glam::{DVec2, dvec2};
 use super::mosaic::{Mosaic, PlacedRaster};
 use super::placement::{extent_in, name_of, place_colours, place_heights};
 use super::resample::{LayerGrid, Resampler};
+use super::run::Run;
 use super::source::RasterGrid;
 use super::{PrepareError, PrepareRequest};
 use crate::geodesy::{CoordinateSystem, CoordinateTransform, utm_epsg};
@@ -45,11 +46,11 @@ const TEXEL_PER_PIXEL: f64 = 1.1;
 
 impl Plan {
     /// Opens all sources and plans the dataset.
-    pub fn new(request: &PrepareRequest) -> Result<Self, PrepareError> {
+    pub fn new(request: &PrepareRequest, run: &Run<'_>) -> Result<Self, PrepareError> {
         check(request)?;
         let stated = stated_crs(request)?;
         let mut notes = Vec::new();
-        let height_rasters = place_heights(request, &mut notes)?;
+        let height_rasters = place_heights(request, &mut notes, run)?;
         let crs = stated.map_or_else(|| crs_of_heights(&height_rasters), Ok)?;
         let colour_rasters = place_colours(request, &height_rasters[0].crs, &mut notes)?;
         note_vertical_datum(&mut notes);
@@ -83,6 +84,15 @@ fn check(request: &PrepareRequest) -> Result<(), PrepareError> {
             let reason = format!("a tile of {size} texels: give a multiple of 8 from 16 to 2048");
             return Err(PrepareError::Request(reason));
         }
+    }
+    let is_length = |metres: f64| metres.is_finite() && metres > 0.0;
+    if request.points.spacing_m.is_some_and(|spacing_m| !is_length(spacing_m)) {
+        return Err(PrepareError::Request("--point-spacing needs metres, more than 0".into()));
+    }
+    if request.fill_voids_km2.is_some_and(|km2| km2.is_nan() || km2 < 0.0) {
+        return Err(PrepareError::Request(
+            "--fill-voids needs square kilometres, 0 or more".into(),
+        ));
     }
     if request.level_limit == Some(0) {
         return Err(PrepareError::Request("--levels 0: there is at least one level".into()));
@@ -126,7 +136,8 @@ fn crs_of_heights(rasters: &[PlacedRaster]) -> Result<CoordinateSystem, PrepareE
     Ok(CoordinateSystem::from_epsg(utm_epsg(extent.centre()))?)
 }
 
-fn is_in_metres(crs: &CoordinateSystem) -> bool {
+/// Whether a CRS is projected and its unit the metre.
+pub fn is_in_metres(crs: &CoordinateSystem) -> bool {
     !crs.is_geographic() && (crs.metres_per_unit() - 1.0).abs() < 1e-9
 }
 

@@ -3,10 +3,22 @@ use std::path::PathBuf;
 use crate::dataset::{ColourEncoding, ColourFormat, HeightEncoding};
 use crate::tiling::LayerLayout;
 
+/// How files of points are read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PointOptions {
+    /// LAS classes to take; empty takes ground alone if any point is said to be ground, else all.
+    pub classes: Vec<u8>,
+    /// Side in metres of the cells that points are interpolated to; `None` follows their density.
+    pub spacing_m: Option<f64>,
+    /// EPSG code of points that do not say theirs; `None` takes the dataset's.
+    pub epsg: Option<u32>,
+}
+
 /// What to prepare, and how.
 #[derive(Clone, Debug)]
 pub struct PrepareRequest {
-    /// Height rasters, at least one; where they overlap the first one counts.
+    /// Height rasters and files of points, at least one; where they overlap the first one counts. All
+    /// points together make one surface.
     pub heights: Vec<PathBuf>,
     /// Pictures; may be none.
     pub colours: Vec<PathBuf>,
@@ -15,6 +27,8 @@ pub struct PrepareRequest {
     pub out: PathBuf,
     /// EPSG code of the dataset's CRS, also taken for that of height rasters that do not say theirs.
     pub epsg: Option<u32>,
+    /// How files of points are read.
+    pub points: PointOptions,
     /// Where pictures without a georeference lie: west, south, east, north, in the units of
     /// `colour_epsg`.
     pub colour_bounds: Option<[f64; 4]>,
@@ -32,8 +46,13 @@ pub struct PrepareRequest {
     pub colour_encoding: ColourEncoding,
     /// What JPEG tiles are transcoded to when loaded.
     pub jpeg_format: ColourFormat,
-    /// Leaves gaps in the heights as they are.
+    /// Leaves gaps in the heights as they are; else those that data encloses are filled, if at most
+    /// [`MAX_VOID_CELLS`](super::MAX_VOID_CELLS) wide and high.
     pub keep_voids: bool,
+    /// Fills larger gaps too, and all by the natural neighbours on their rims: those of at most so many
+    /// square kilometres that data encloses, at most [`MAX_LARGE_VOID_CELLS`](super::MAX_LARGE_VOID_CELLS)
+    /// wide and high.
+    pub fill_voids_km2: Option<f64>,
     /// Goes on with the layers that an interrupted preparation of the same request has finished, and
     /// on an interruption or an error leaves those finished by then in a hidden folder beside `out`.
     /// Finished layers of changed settings or files are made anew.
@@ -48,6 +67,7 @@ impl PrepareRequest {
             colours,
             out,
             epsg: None,
+            points: PointOptions::default(),
             colour_bounds: None,
             colour_epsg: None,
             height_tile_texels: 128,
@@ -57,6 +77,7 @@ impl PrepareRequest {
             colour_encoding: ColourEncoding::Bc7,
             jpeg_format: ColourFormat::Bc7,
             keep_voids: false,
+            fill_voids_km2: None,
             is_resumable: false,
         }
     }

@@ -1,9 +1,10 @@
 use std::time::Duration;
 
+use super::PrepareRequest;
 use super::colour_layer::WrittenColours;
 use super::height_layer::WrittenHeights;
 use super::plan::{LayerPlan, Plan};
-use super::void_fill::{MAX_VOID_CELLS, VoidReport};
+use super::void_fill::{MAX_LARGE_VOID_CELLS, MAX_VOID_CELLS, VoidReport};
 use crate::dataset::Manifest;
 
 /// What was made, and at what cost.
@@ -63,22 +64,25 @@ impl PrepareSummary {
 }
 
 /// What the manifest says of gaps.
-pub(super) fn void_notes(voids: &VoidReport, kept: bool) -> Vec<String> {
+pub(super) fn void_notes(voids: &VoidReport, request: &PrepareRequest) -> Vec<String> {
     let mut notes = Vec::new();
-    if kept {
+    if request.keep_voids {
         notes.push("gaps in the heights are left as they are".to_owned());
     }
     if voids.voids_filled > 0 {
         notes.push(format!(
-            "{} gaps in the heights ({} cells) filled from their rims",
-            voids.voids_filled, voids.cells_filled
+            "{} gaps in the heights ({} cells) filled from their rims{}",
+            voids.voids_filled,
+            voids.cells_filled,
+            if request.fill_voids_km2.is_some() { " by natural neighbours" } else { "" }
         ));
     }
     if voids.voids_left > 0 {
-        notes.push(format!(
-            "{} gaps wider than {MAX_VOID_CELLS} cells left as they are",
-            voids.voids_left
-        ));
+        let limit = match request.fill_voids_km2 {
+            Some(km2) => format!("larger than {km2} km2 or {MAX_LARGE_VOID_CELLS} cells across"),
+            None => format!("wider than {MAX_VOID_CELLS} cells"),
+        };
+        notes.push(format!("{} gaps {limit} left as they are", voids.voids_left));
     }
     notes
 }

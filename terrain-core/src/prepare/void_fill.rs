@@ -1,17 +1,47 @@
 use std::collections::VecDeque;
 
-/// Widest void that is filled, in cells.
-pub const MAX_VOID_CELLS: usize = 64;
+use super::void_surface::{fill_by_natural_neighbours, relax};
 
-/// Fills small gaps in heights as rows stream through.
+/// Widest void that is always filled, in cells.
+pub const MAX_VOID_CELLS: usize = 64;
+/// Widest void that is filled on request, in cells: so many rows may have to wait in memory.
+pub const MAX_LARGE_VOID_CELLS: usize = 2048;
+
+/// Which voids are filled, and with what.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum VoidRule {
+    /// Those at most [`MAX_VOID_CELLS`] wide and high, with a relaxed surface.
+    Small,
+    /// Those and others of at most so many cells, [`MAX_LARGE_VOID_CELLS`] wide and high, all by the
+    /// natural neighbours on their rims.
+    Large {
+        /// Most cells of a void.
+        most_cells: usize,
+    },
+}
+
+impl VoidRule {
+    /// Whether a void of so many columns, rows and cells is filled.
+    fn allows(self, columns: usize, rows: usize, cells: usize) -> bool {
+        let side = columns.max(rows);
+        match self {
+            Self::Small => side <= MAX_VOID_CELLS,
+            Self::Large { most_cells } => {
+                side <= MAX_VOID_CELLS || side <= MAX_LARGE_VOID_CELLS && cells <= most_cells
+            }
+        }
+    }
+}
+
+/// Fills gaps in heights as rows stream through.
 ///
-/// A void is a connected set of cells without data (by edges) that data encloses, at most
-/// [`MAX_VOID_CELLS`] wide and high. It is filled with a surface that meets its rim: cells start from
-/// coarse averages (pull), refined level by level (push), then relaxed towards their neighbours'
-/// mean. What touches the raster's border is not enclosed and stays; so does what is larger.
+/// A void is a connected set of cells without data (by edges) that data encloses. It is filled with a
+/// surface that meets its rim, if it is small enough for the rule. What touches the
+/// raster's border is not enclosed and stays; so does what is larger.
 pub struct VoidFill {
     width: usize,
     height: usize,
+    rule: VoidRule,
     rows: VecDeque<Vec<f32>>,
     first_row: usize,
     /// Voids still open at the last row.
@@ -36,6 +66,7 @@ pub struct VoidReport {
 struct Void {
     /// Row, first column, end column.
     runs: Vec<(usize, usize, usize)>,
+    cells: usize,
     touches_border: bool,
     /// Runs are no longer kept: the void is too large to fill.
     too_large: bool,
@@ -47,10 +78,11 @@ struct Void {
 
 impl VoidFill {
     /// A filler for a raster of this size.
-    pub fn new(width: usize, height: usize) -> Self {
+    pub fn new(width: usize, height: usize, rule: VoidRule) -> Self {
         Self {
             width,
             height,
+            rule,
             rows: VecDeque::new(),
             first_row: 0,
             open: Vec::new(),
@@ -89,6 +121,7 @@ impl VoidFill {
                 start == 0 || end == self.width || index == 0 || index + 1 == self.height;
             let mut joined = Void {
                 runs: vec![(index, start, end)],
+                cells: end - start,
                 touches_border: on_border,
                 too_large: false,
                 last_row: index,
@@ -104,7 +137,7 @@ impl VoidFill {
             for void in touching {
                 joined.absorb(void);
             }
-            joined.drop_if_hopeless();
+            joined.drop_if_hopeless(self.rule);
             self.open.push(joined);
         }
     }
@@ -143,7 +176,10 @@ impl VoidFill {
                 (start..end).map(move |column| (row - y0) * width + column - x0)
             })
             .collect();
-        fill_patch(&mut patch, width, &unknown);
+        match self.rule {
+            VoidRule::Small => relax(&mut patch, width, &unknown),
+            VoidRule::Large { .. } => fill_by_natural_neighbours(&mut patch, width, &unknown),
+        }
         for &index in &unknown {
             let (y, x) = (y0 + index / width, x0 + index % width);
             if let Some(row) = y.checked_sub(self.first_row).and_then(|y| self.rows.get_mut(y)) {
@@ -173,6 +209,7 @@ impl Void {
         let own = std::mem::replace(&mut self.runs, other.runs);
         self.runs.extend(own);
         self.runs.sort_unstable();
+        self.cells += other.cells;
         self.touches_border |= other.touches_border;
         self.too_large |= other.too_large;
         self.last_row = self.last_row.max(other.last_row);
@@ -182,9 +219,9 @@ impl Void {
     }
 
     /// Forgets all but the last rows' runs of a void that will not be filled.
-    fn drop_if_hopeless(&mut self) {
-        self.too_large |=
-            self.right - self.left > MAX_VOID_CELLS || self.last_row - self.top >= MAX_VOID_CELLS;
+    fn drop_if_hopeless(&mut self, rule: VoidRule) {
+        let (columns, rows) = (self.right - self.left, self.last_row - self.top + 1);
+        self.too_large |= !rule.allows(columns, rows, self.cells);
         if self.too_large || self.touches_border {
             let last = self.last_row;
             self.runs.retain(|run| run.0 + 1 >= last);
@@ -207,53 +244,16 @@ fn runs_without_data(row: &[f32]) -> Vec<(usize, usize)> {
     runs
 }
 
-/// Fills the unknown cells of a small raster from those around them.
-fn fill_patch(patch: &mut [f32], width: usize, unknown: &[usize]) {
-    pull_push(patch, width);
-    // A few rounds of relaxation take the steps of the coarse levels out of the surface.
-    const ROUNDS: usize = 48;
-    for _ in 0..ROUNDS {
-        for &index in unknown {
-            let neighbours =
-                [index - 1, index + 1, index - width, index + width].map(|near| patch[near]);
-            let held = neighbours.iter().filter(|height| !height.is_nan());
-            let count = held.clone().count();
-            if count > 0 {
-                patch[index] = held.sum::<f32>() / count as f32;
-            }
-        }
-    }
-}
-
-/// Gives every cell without data the average of the smallest coarse cell that has one.
-fn pull_push(patch: &mut [f32], width: usize) {
-    let height = patch.len() / width;
-    if width == 1 && height == 1 {
-        return;
-    }
-    let (w, h) = (width.div_ceil(2), height.div_ceil(2));
-    let mut coarse = vec![(0.0_f32, 0.0_f32); w * h];
-    for (index, value) in patch.iter().enumerate() {
-        if !value.is_nan() {
-            let cell = &mut coarse[index / width / 2 * w + index % width / 2];
-            *cell = (cell.0 + value, cell.1 + 1.0);
-        }
-    }
-    let mut coarse: Vec<f32> = coarse.into_iter().map(|(sum, count)| sum / count).collect();
-    pull_push(&mut coarse, w);
-    for (index, value) in patch.iter_mut().enumerate() {
-        if value.is_nan() {
-            *value = coarse[index / width / 2 * w + index % width / 2];
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn run(raster: &[f32], width: usize) -> (Vec<f32>, VoidReport) {
-        let mut fill = VoidFill::new(width, raster.len() / width);
+        run_by(VoidRule::Small, raster, width)
+    }
+
+    fn run_by(rule: VoidRule, raster: &[f32], width: usize) -> (Vec<f32>, VoidReport) {
+        let mut fill = VoidFill::new(width, raster.len() / width, rule);
         let out: Vec<f32> =
             raster.chunks(width).flat_map(|row| fill.push(row.to_vec())).flatten().collect();
         (out, fill.report)
@@ -303,5 +303,27 @@ mod tests {
         for (old, new) in before.iter().zip(&after) {
             assert!(old.is_nan() || old == new);
         }
+    }
+
+    #[test]
+    fn natural_neighbours_fill_large_voids_with_the_slope_itself() {
+        // A lake with an island, wider than what is filled unasked, and one too large.
+        let lake = |r: usize, c: usize| {
+            let away = (r as f64 - 60.0).hypot(c as f64 - 70.0);
+            away < 45.0 && away > 6.0
+        };
+        let sea = |r: usize, c: usize| r > 120 && r < 220 && (5..135).contains(&c);
+        let before = slope(140, 225, |r, c| lake(r, c) || sea(r, c));
+        let rule = VoidRule::Large { most_cells: 8000 };
+        let (after, report) = run_by(rule, &before, 140);
+        let cells_filled = before[..140 * 120].iter().filter(|height| height.is_nan()).count();
+        let cells_filled = cells_filled as u64;
+        assert_eq!(report, VoidReport { voids_filled: 1, cells_filled, voids_left: 1 });
+        for (index, (got, expected)) in after.iter().zip(slope(140, 225, |_, _| false)).enumerate()
+        {
+            let filled = !sea(index / 140, index % 140);
+            assert!(!filled || (got - expected).abs() < 1e-3, "{got} {expected}");
+        }
+        assert_eq!(run(&before, 140).1, VoidReport { voids_left: 2, ..VoidReport::default() });
     }
 }

@@ -4,6 +4,7 @@ mod block_culling;
 mod circular_mesh;
 mod clip_mesh;
 mod ring_layout;
+pub mod tin;
 pub mod view_mesh;
 
 pub use circular_mesh::{CircularMesh, CircularMeshSettings, MeshBlock, MeshVertex};

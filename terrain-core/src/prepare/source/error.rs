@@ -36,6 +36,22 @@ pub enum SourceError {
         /// What is not supported, and the way out.
         reason: String,
     },
+    /// A file of points that make no surface.
+    #[error("{}: {reason}", path.display())]
+    NoPoints {
+        /// The file.
+        path: PathBuf,
+        /// What is missing, and the way out.
+        reason: String,
+    },
+    /// Breaklines that cannot be used.
+    #[error("{}: breaklines cannot be used: {reason}", path.display())]
+    BadBreaklines {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, and the way out.
+        reason: String,
+    },
     /// The georeference cannot be true.
     #[error("{}: georeference cannot be used: {reason}", path.display())]
     BadGeoreference {
@@ -61,6 +77,14 @@ impl SourceError {
 
     pub(super) fn unsupported(path: &Path, reason: impl Into<String>) -> Self {
         Self::Unsupported { path: path.to_owned(), reason: reason.into() }
+    }
+
+    pub(super) fn no_points(path: &Path, reason: &str) -> Self {
+        Self::NoPoints { path: path.to_owned(), reason: reason.to_owned() }
+    }
+
+    pub(super) fn bad_breaklines(path: &Path, reason: impl Into<String>) -> Self {
+        Self::BadBreaklines { path: path.to_owned(), reason: reason.into() }
     }
 
     pub(super) fn bad_georeference(path: &Path, reason: impl Into<String>) -> Self {

@@ -1,20 +1,24 @@
 //! Rasters as they come: one trait over every file format, read window by window.
 
+mod breaklines;
 mod chunk_cache;
 mod error;
 mod geo_keys;
 mod geotiff;
 mod hgt;
 mod picture;
+mod points;
 mod raster_grid;
 mod world_file;
 
 use std::path::Path;
 
+pub use breaklines::read_breaklines;
 pub use error::SourceError;
 pub use geotiff::GeoTiffSource;
 pub use hgt::HgtSource;
 pub use picture::PictureSource;
+pub use points::{GROUND_CLASS, PointCloud, PointRaster, is_point_file, read_points};
 pub use raster_grid::{RasterGrid, Window};
 
 /// What a raster is.
