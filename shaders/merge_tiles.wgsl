@@ -27,13 +27,30 @@ fn is_covered_by_children(index: u32) -> bool {
     var nodes = 0u;
     for (var quadrant = 0u; quadrant < 4u; quadrant++) {
         let child = children[quadrant];
-        if is_node(child) && !has_state(child, HIDDEN) {
+        if is_seen(child) {
             nodes++;
-        } else if child != EMPTY_CHILD {
+        } else if child != EMPTY_CHILD && !(params.is_by_error == 1u && is_unseen(child)) {
             return false;
         }
     }
     return nodes > 0u;
+}
+
+fn is_seen(child: u32) -> bool {
+    return is_node(child) && !has_state(child, HIDDEN);
+}
+
+fn is_unseen(child: u32) -> bool {
+    return child == OUT_OF_VIEW || is_node(child) && has_state(child, HIDDEN);
+}
+
+fn seen_children(index: u32) -> u32 {
+    let children = arena.nodes[index].children;
+    var seen = 0u;
+    for (var quadrant = 0u; quadrant < 4u; quadrant++) {
+        seen += select(0u, 1u, is_seen(children[quadrant]));
+    }
+    return seen;
 }
 
 // Regularisation by the list as it came in: every node that is not hidden.
@@ -50,6 +67,25 @@ fn regularize(index: u32) {
         }
     }
     arena.nodes[index].first_event = first_event;
+}
+
+// By error all of a tile's children are merged at the tile's own time, and its descendants before.
+fn plan_merges_by_error(lane: u32, nodes: u32) {
+    for (var index = lane; index < nodes; index += LANES) {
+        let seen = seen_children(index);
+        var shorter = 0u;
+        if seen > 0u && !has_state(index, HIDDEN) {
+            arena.nodes[index].state |= EVENT;
+            shorter = seen - select(1u, 0u, has_state(index, KEPT));
+        }
+        lists.work[arena.nodes[index].rank] = shorter;
+    }
+    storageBarrier();
+}
+
+// Whether a tile's children are merged into it, with the last merge at a time.
+fn is_merged_by_error(index: u32, last: u32) -> bool {
+    return has_state(index, EVENT) && arena.nodes[index].rank >= last;
 }
 
 // The latest of the events among a node's children before a time.
@@ -197,6 +233,11 @@ fn plan_merges(lane: u32, nodes: u32) {
 }
 
 fn is_selected(index: u32, merges: bool, last: u32) -> bool {
+    if merges && params.is_by_error == 1u {
+        let is_reached = index == ROOT || !is_merged_by_error(arena.nodes[index].parent, last);
+        let is_left = has_state(index, KEPT) || is_merged_by_error(index, last);
+        return !has_state(index, HIDDEN) && is_reached && is_left;
+    }
     if merges {
         // Just after the last merge.
         return !has_state(index, HIDDEN) && is_listed_before(index, last - 1u);
@@ -224,7 +265,11 @@ fn merge_tiles(@builtin(local_invocation_index) lane: u32) {
     let most = max(params.max_tiles, 1u);
     let merges = listed > most;
     if merges {
-        plan_merges(lane, nodes);
+        if params.is_by_error == 1u {
+            plan_merges_by_error(lane, nodes);
+        } else {
+            plan_merges(lane, nodes);
+        }
         find_last_merge(lane, nodes, listed - most);
     }
     let last = workgroupUniformLoad(&last_merge);

@@ -1,20 +1,39 @@
-// Puts the arena's nodes in the order in which merging takes them: by distance, level, row and column.
-// The twin is `FarthestOrder` in the library. One workgroup; a bitonic sort: K. E. Batcher, "Sorting
+// Puts the arena's nodes in the order in which merging takes them: by distance, or by distance in their
+// own texels, level, row and column. The twins are `FarthestOrder` and `distance_in_texels` in the library. One workgroup; a bitonic sort: K. E. Batcher, "Sorting
 // Networks and Their Applications", 1968.
-// needs: common/whole_numbers.wgsl common/tile_arena.wgsl
+// needs: common/whole_numbers.wgsl common/selection.wgsl common/tile_arena.wgsl
 
 // Behind all nodes, where their number is no power of two.
 const NO_NODE: u32 = 0xffffffffu;
 
 var<workgroup> sorted_count: u32;
 
+// The squared distance, lowest word first; by error shifted up by two bits a level, since a texel is half
+// as large: 112 bits at the most.
+fn merging_distance(index: u32) -> vec4<u32> {
+    let distance = arena.nodes[index].distance;
+    if params.is_by_error == 0u {
+        return vec4<u32>(distance, 0u, 0u);
+    }
+    let shift = 2u * arena.nodes[index].level;
+    let within = shift % 32u;
+    // A shift by all 32 bits is none at all.
+    let carried = select(distance >> vec2<u32>((32u - within) % 32u), vec2<u32>(0u), within == 0u);
+    let low = distance << vec2<u32>(within);
+    let shifted = vec3<u32>(low.x, low.y | carried.x, carried.y);
+    return select(vec4<u32>(shifted, 0u), vec4<u32>(0u, shifted), shift >= 32u);
+}
+
 fn comes_after(a: u32, b: u32) -> bool {
     if a == NO_NODE || b == NO_NODE {
         return a > b;
     }
-    let distances = array<vec2<u32>, 2>(arena.nodes[a].distance, arena.nodes[b].distance);
-    if any(distances[0] != distances[1]) {
-        return is_less(distances[1], distances[0]);
+    let distances = array<vec4<u32>, 2>(merging_distance(a), merging_distance(b));
+    if any(distances[0].zw != distances[1].zw) {
+        return is_less(distances[1].zw, distances[0].zw);
+    }
+    if any(distances[0].xy != distances[1].xy) {
+        return is_less(distances[1].xy, distances[0].xy);
     }
     let levels = vec2<u32>(arena.nodes[a].level, arena.nodes[b].level);
     if levels.x != levels.y {

@@ -79,7 +79,7 @@ fn child_kind(node: TileNode, quadrant: u32) -> u32 {
         return select(UNKNOWN_CHILD, EMPTY_CHILD, is_empty);
     }
     if !touches_box(level, row, column) {
-        return UNKNOWN_CHILD;
+        return OUT_OF_VIEW;
     }
     let is_hidden = (node.state & HIDDEN) != 0u || !was_seen(level, row, column);
     return select(SEEN_CHILD, HIDDEN_CHILD, is_hidden);

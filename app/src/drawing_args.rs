@@ -5,7 +5,7 @@ use std::str::FromStr;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use terrain_core::residency::page_table::PageFeedback;
-use terrain_core::selection::{Strategy, Visibility};
+use terrain_core::selection::{Shortening, Strategy, Visibility};
 use terrain_core::{AntiAliasing, RendererSettings};
 
 use crate::arg_values::{exaggeration, number_within};
@@ -31,6 +31,12 @@ pub struct DrawingArgs {
     /// read back; jittered, one pixel of each 8x8 block in turn
     #[arg(long, value_name = "FEEDBACK", default_value_t, value_parser = page_feedbacks())]
     page_feedback: PageFeedback,
+
+    /// How rtt-quadtree and rtt-quadtree-gpu make a list of too many tiles short: farthest, the farthest
+    /// tiles are merged; least-error, those whose parent shows the smallest error, and tiles of which
+    /// nothing shows are left out
+    #[arg(long, value_name = "HOW", default_value_t, value_parser = shortenings())]
+    shortening: Shortening,
 
     /// Factor on all heights, from 0.01 to 1000
     #[arg(
@@ -103,6 +109,7 @@ impl DrawingArgs {
             strategy: self.strategy,
             visibility: self.visibility,
             page_feedback: self.page_feedback,
+            shortening: self.shortening,
             cache_columns,
             cache_rows,
             max_tiles: self.max_tiles.unwrap_or(most_tiles),
@@ -139,6 +146,12 @@ fn visibilities() -> impl TypedValueParser<Value = Visibility> {
 fn page_feedbacks() -> impl TypedValueParser<Value = PageFeedback> {
     PossibleValuesParser::new(PageFeedback::ALL.map(PageFeedback::name))
         .try_map(|name| name.parse::<PageFeedback>())
+}
+
+/// A way to shorten by its name.
+fn shortenings() -> impl TypedValueParser<Value = Shortening> {
+    PossibleValuesParser::new(Shortening::ALL.map(Shortening::name))
+        .try_map(|name| name.parse::<Shortening>())
 }
 
 /// Slots of a cache: what a texture and the numbers of a table's entries have room for.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::DVec3;
+use serde::Serialize;
 use terrain_core::dataset::TileSource;
 use terrain_core::gpu::{AdapterChoice, GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
 use terrain_core::measure::FrameRecord;
@@ -11,11 +12,26 @@ use terrain_core::{CameraView, NoProgress, Progress, RendererSettings, TerrainRe
 
 use crate::output;
 
+/// Whether frames wait, and for what.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Pace {
+    /// For nothing: what comes in time depends on disk, GPU and processor.
+    #[default]
+    Free,
+    /// Each frame for what earlier frames asked for, and the first until nothing is missing: the same
+    /// on every run.
+    InStep,
+    /// Each until nothing is missing.
+    Settled,
+}
+
 /// A renderer and the picture it draws into.
 pub struct Headless {
     gpu: Arc<GpuContext>,
     renderer: TerrainRenderer,
     target: OffscreenTarget,
+    has_begun: bool,
 }
 
 impl Headless {
@@ -44,16 +60,16 @@ impl Headless {
     ) -> anyhow::Result<Self> {
         let renderer = TerrainRenderer::new(Arc::clone(&gpu), source, settings)?;
         let target = OffscreenTarget::new(&gpu, size_px);
-        Ok(Self { gpu, renderer, target })
+        Ok(Self { gpu, renderer, target, has_begun: false })
     }
 
-    /// Draws a frame and waits for it; with `settle` as many as it takes until nothing is missing.
-    /// The record tells the whole time.
+    /// Draws a frame and waits for it; at [`Pace::Settled`] as many as it takes until nothing is missing.
+    /// The record tells the whole time, but not what a frame in step waits for.
     ///
     /// # Errors
     /// Where the device fails.
-    pub fn draw(&mut self, view: &CameraView, settle: bool) -> anyhow::Result<FrameRecord> {
-        if settle {
+    pub fn draw(&mut self, view: &CameraView, pace: Pace) -> anyhow::Result<FrameRecord> {
+        if self.begin(pace)? {
             return self.draw_settled(view, &NoProgress);
         }
         let started = Instant::now();
@@ -93,13 +109,25 @@ impl Headless {
         }
     }
 
-    /// Does all that a settled frame does but its picture. The record tells the whole time.
+    /// Waits as a frame at this pace does before it begins; returns whether it has to settle.
+    fn begin(&mut self, pace: Pace) -> anyhow::Result<bool> {
+        let is_first = !std::mem::replace(&mut self.has_begun, true);
+        if pace == Pace::InStep {
+            self.renderer.wait()?;
+        }
+        Ok(pace == Pace::Settled || pace == Pace::InStep && is_first)
+    }
+
+    /// Does all that a frame does but its picture. The record tells the whole time.
     ///
     /// # Errors
     /// Where the device fails.
-    pub fn settle(&mut self, view: &CameraView) -> anyhow::Result<FrameRecord> {
+    pub fn advance(&mut self, view: &CameraView, pace: Pace) -> anyhow::Result<FrameRecord> {
+        let settles = self.begin(pace)?;
         let started = Instant::now();
-        let mut record = self.renderer.settle(view)?;
+        let advanced =
+            if settles { self.renderer.settle(view) } else { self.renderer.advance(view) };
+        let mut record = advanced?;
         record.frame_ms = started.elapsed().as_secs_f64() * 1.0e3;
         record.gpu_ms = None;
         self.tell_failures();

@@ -19,7 +19,10 @@ struct SelectionParams {
     height_levels: u32,
     // Whether only what pixels saw counts as visible, and not all of the box round it.
     is_exact: u32,
-    split_below: array<vec2<u32>, 26>,
+    // Whether tiles of the least error are merged, and not the farthest.
+    is_by_error: u32,
+    padding: u32,
+    split_below: array<vec2<u32>, 27>,
 }
 
 @group(0) @binding(0) var<storage, read> params: SelectionParams;

@@ -10,7 +10,7 @@ struct TileNode {
     // Squared, in units.
     distance: vec2<u32>,
     state: u32,
-    // Place among all nodes by distance, level, row and column, from 1; the farthest has the highest.
+    // Place among all nodes in the order of merging, from 1; the first to be merged has the highest.
     rank: u32,
     // In the order north-west, north-east, south-west, south-east.
     children: vec4<u32>,
@@ -31,9 +31,11 @@ struct TileArena {
 @group(0) @binding(3) var<storage, read_write> arena: TileArena;
 
 const ROOT: u32 = 0u;
-// Instead of a child's node: there is no data there in any layer at any level; and: never considered.
+// Instead of a child's node: there is no data there in any layer at any level; never considered; and
+// outside the region.
 const EMPTY_CHILD: u32 = 0xfffffffeu;
 const UNKNOWN_CHILD: u32 = 0xffffffffu;
+const OUT_OF_VIEW: u32 = 0xfffffffdu;
 
 // In the box round what was seen, but not seen itself.
 const HIDDEN: u32 = 1u;
@@ -49,7 +51,7 @@ fn has_state(index: u32, state: u32) -> bool {
 }
 
 fn is_node(child: u32) -> bool {
-    return child < EMPTY_CHILD;
+    return child < OUT_OF_VIEW;
 }
 
 const LANES: u32 = 256u;

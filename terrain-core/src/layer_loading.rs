@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::dataset::{ColourFormat, ColourTile, HeightTile, LoadError, Loaded, TileSource};
 use crate::measure::{ByteCause, FrameLedger};
-use crate::residency::TileIntake;
+use crate::residency::{Loading, TileIntake};
 use crate::tiling::TileId;
 
 /// The intakes of both layers.
@@ -14,8 +14,11 @@ pub(crate) struct LayerIntakes {
     pub colours: Option<TileIntake<ColourTile>>,
 }
 
-/// Worker threads a layer: reading and decoding overlap, and the frame's own thread stays free.
-pub(crate) const LOADING_THREADS: usize = 2;
+/// How a layer of the source is loaded: with threads enough that reading and decoding overlap, and the
+/// frame's own thread stays free.
+pub(crate) fn loading_of(source: &dyn TileSource) -> Loading {
+    Loading { threads: 2, delay_frames: source.delay_frames() }
+}
 
 /// Intakes of the source's layers, colours arriving in `format`. Level 0 of each is loaded before this
 /// returns, and waits for its upload.
@@ -30,7 +33,7 @@ pub(crate) fn open_intakes(
     let of_heights = Arc::clone(source);
     let load = Arc::new(move |tile| of_heights.load_heights(tile));
     let mut heights =
-        TileIntake::new(LOADING_THREADS, load, |tile: &HeightTile| tile.samples.byte_len())?;
+        TileIntake::new(loading_of(&**source), load, |tile: &HeightTile| tile.samples.byte_len())?;
     let loaded = source.load_heights(TileId::ROOT)?;
     ledger.add(ByteCause::Disk, loaded.disk_bytes);
     heights.supply(TileId::ROOT, loaded.tile);
@@ -52,7 +55,7 @@ pub(crate) fn open_colour_intake(
     let of_colours = Arc::clone(source);
     let load = Arc::new(move |tile| load_colours(&*of_colours, format, tile));
     let mut colours =
-        TileIntake::new(LOADING_THREADS, load, |tile: &ColourTile| tile.data.len() as u64)?;
+        TileIntake::new(loading_of(&**source), load, |tile: &ColourTile| tile.data.len() as u64)?;
     let loaded = load_colours(&**source, format, TileId::ROOT)?;
     ledger.add(ByteCause::Disk, loaded.disk_bytes);
     colours.supply(TileId::ROOT, loaded.tile);

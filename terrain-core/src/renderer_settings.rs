@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::residency::page_table::PageFeedback;
-use crate::selection::{SelectionConfig, Strategy, Visibility};
+use crate::selection::{SelectionConfig, Shortening, Strategy, Visibility};
 
 /// What the picture shows instead of, or on top of, the terrain as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -73,6 +73,8 @@ pub struct RendererSettings {
     pub visibility: Visibility,
     /// How a page table learns what pixels need.
     pub page_feedback: PageFeedback,
+    /// How too long a list is made short, for the same strategies.
+    pub shortening: Shortening,
     /// Slots of the caches from west to east: the paper's m.
     pub cache_columns: u32,
     /// Slots of the caches from north to south: the paper's n.
@@ -117,6 +119,7 @@ impl Default for RendererSettings {
             strategy: Strategy::RttQuadtree,
             visibility: Visibility::Box,
             page_feedback: PageFeedback::List,
+            shortening: Shortening::Farthest,
             cache_columns: 6,
             cache_rows: 6,
             max_tiles: Self::most_tiles_of(6, 6),
@@ -161,6 +164,7 @@ impl RendererSettings {
             max_tiles: self.max_tiles,
             texel_px: self.texel_px,
             vertical_exaggeration: self.vertical_exaggeration,
+            shortening: self.shortening,
         }
     }
 

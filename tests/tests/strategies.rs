@@ -5,7 +5,7 @@
 #![allow(clippy::print_stdout, reason = "measured values are to be seen")]
 
 use terrain_core::measure::FrameRecord;
-use terrain_core::selection::Strategy;
+use terrain_core::selection::{Shortening, Strategy};
 use terrain_core::{CameraView, LookupMethod, RendererSettings};
 use terrain_tests::{Bench, Picture, Ridges};
 
@@ -129,6 +129,7 @@ fn on_the_gpu_the_same_tiles_are_drawn_as_on_the_cpu() {
     for (what, settings, views) in [
         ("roomy", roomy(Strategy::RttQuadtree), 5),
         ("merging", small, 2),
+        ("by error", RendererSettings { shortening: Shortening::LeastError, ..small }, 5),
         ("linear", RendererSettings { lookup: LookupMethod::Linear, ..small }, 1),
     ] {
         let on_gpu = RendererSettings { strategy: Strategy::RttQuadtreeGpu, ..settings };

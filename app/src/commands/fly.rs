@@ -15,7 +15,7 @@ use terrain_core::selection::Strategy;
 use crate::demo::Demo;
 use crate::drawing_args::{DrawingArgs, Size, strategies};
 use crate::flight_summary::FlightSummary;
-use crate::headless::Headless;
+use crate::headless::{Headless, Pace};
 use crate::progress::FrameProgress;
 use crate::viewer::{self, ViewerOptions};
 use crate::{display, flights, output, pictures};
@@ -167,12 +167,13 @@ fn fly_headless(args: &FlyArgs, adapter: &AdapterChoice, scene: Scene) -> anyhow
         std::fs::create_dir_all(folder).with_context(failed)?;
     }
     let frames = frames_to_draw(flight.frame_count(), args.frames_at);
+    let pace = if args.settle { Pace::Settled } else { Pace::Free };
     let mut summary = FlightSummary::default();
     let progress = FrameProgress::new(frames.len() as u64);
     for (index, frame) in frames.into_iter().enumerate() {
         let time_s = flight.frame_time_s(frame);
         let view = flight.view_at(time_s, args.size.0);
-        let mut record = headless.draw(&view, args.settle)?;
+        let mut record = headless.draw(&view, pace)?;
         (record.frame, record.time_s) = (frame, time_s);
         summary.add(&record);
         if let Some(csv) = &mut csv {

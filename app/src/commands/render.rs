@@ -14,7 +14,7 @@ use terrain_core::{CameraView, RendererSettings};
 
 use crate::drawing_args::{DrawingArgs, Size};
 use crate::ground::Ground;
-use crate::headless::Headless;
+use crate::headless::{Headless, Pace};
 use crate::progress::{FrameProgress, PhaseProgress};
 use crate::{flights, npy, output, pictures};
 
@@ -214,7 +214,7 @@ fn draw_frames(
     let bar = FrameProgress::new(u64::from(frames));
     let mut record = FrameRecord::default();
     for frame in 1..=frames {
-        record = headless.draw(view, false)?;
+        record = headless.draw(view, Pace::Free)?;
         bar.advance(u64::from(frame));
     }
     bar.finish();

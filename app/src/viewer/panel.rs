@@ -5,7 +5,7 @@ use glam::DVec3;
 use terrain_core::dataset::Manifest;
 use terrain_core::gpu::DebugImage;
 use terrain_core::residency::page_table::PageFeedback;
-use terrain_core::selection::{Strategy, Visibility};
+use terrain_core::selection::{Shortening, Strategy, Visibility};
 use terrain_core::{AntiAliasing, DebugView, RendererSettings};
 
 use super::comparison::ComparisonSection;
@@ -119,6 +119,7 @@ impl Panel<'_> {
         if settings.strategy == Strategy::PageTable {
             page_feedback_choice(ui, settings);
         }
+        shortening_choice(ui, settings);
         cache_choice(ui, settings);
         let slots = (settings.cache_columns * settings.cache_rows) as usize;
         ui.add(Slider::new(&mut settings.max_tiles, 1..=slots).text("MaxofTiles"))
@@ -240,6 +241,18 @@ fn page_feedback_choice(ui: &mut Ui, settings: &mut RendererSettings) {
             ui.selectable_value(chosen, way, way.name());
         }
     });
+}
+
+/// Lets the user choose how too long a list is made short.
+pub(super) fn shortening_choice(ui: &mut Ui, settings: &mut RendererSettings) {
+    egui::ComboBox::from_label("too many tiles").selected_text(settings.shortening.name()).show_ui(
+        ui,
+        |ui| {
+            for shortening in Shortening::ALL {
+                ui.selectable_value(&mut settings.shortening, shortening, shortening.name());
+            }
+        },
+    );
 }
 
 /// Lets the user choose the caches' size; as many tiles are then selected.

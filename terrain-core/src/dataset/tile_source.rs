@@ -21,6 +21,12 @@ pub trait TileSource: Send + Sync {
 
     /// Reads and decodes one colour tile. Asking for a tile that is not present is an error.
     fn load_colours(&self, tile: TileId) -> Result<Loaded<ColourTile>, LoadError>;
+
+    /// Frames that a tile takes at least from when it is asked for until it can be used, however fast it
+    /// is loaded: 0 but for a [`DelayedSource`](super::DelayedSource).
+    fn delay_frames(&self) -> u32 {
+        0
+    }
 }
 
 /// A decoded tile and what it cost to read.

@@ -141,7 +141,7 @@ pub static SUBDIVIDE_TILES: Shader = shader!(
     "workgroup_scan"
 );
 /// The order in which selection merges tiles.
-pub static RANK_TILES: Shader = shader!("rank_tiles", "whole_numbers", "tile_arena");
+pub static RANK_TILES: Shader = shader!("rank_tiles", "whole_numbers", "selection", "tile_arena");
 /// Selection's regularisation and merging.
 pub static MERGE_TILES: Shader =
     shader!("merge_tiles", "whole_numbers", "selection", "tile_arena", "workgroup_scan");

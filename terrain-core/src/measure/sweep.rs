@@ -26,6 +26,8 @@ pub enum Knob {
     Visibility,
     /// How a page table learns what pixels need: `list`, `full` or `jittered`.
     PageFeedback,
+    /// How too long a list of tiles is made short: `farthest` or `least-error`.
+    Shortening,
     /// Datasets, for instance of the same sources in other encodings.
     Dataset,
 }
@@ -50,7 +52,7 @@ pub enum KnobError {
 
 impl Knob {
     /// All knobs and what they are called on the command line.
-    pub const NAMES: [(Self, &'static str); 9] = [
+    pub const NAMES: [(Self, &'static str); 10] = [
         (Self::TexelPx, "texel-px"),
         (Self::Detail, "detail"),
         (Self::Cache, "cache"),
@@ -59,6 +61,7 @@ impl Knob {
         (Self::ReadbackLatency, "readback-latency"),
         (Self::Visibility, "visibility"),
         (Self::PageFeedback, "page-feedback"),
+        (Self::Shortening, "shortening"),
         (Self::Dataset, "dataset"),
     ];
 
@@ -118,6 +121,10 @@ impl Knob {
                 let page_feedback = value.parse().map_err(|_| wrong(expected))?;
                 RendererSettings { page_feedback, ..settings }
             }
+            Self::Shortening => {
+                let shortening = value.parse().map_err(|_| wrong(expected))?;
+                RendererSettings { shortening, ..settings }
+            }
             Self::Dataset => settings,
         };
         // A run must not be called after a value that it was not drawn with.
@@ -137,6 +144,7 @@ impl Knob {
             Self::ReadbackLatency => "a number of frames from 0 to 16",
             Self::Visibility => "box or exact",
             Self::PageFeedback => "list, full or jittered",
+            Self::Shortening => "farthest or least-error",
             Self::Dataset => "a folder",
         }
     }

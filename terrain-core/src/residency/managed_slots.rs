@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use proptest::prelude::*;
 
-use super::{SlotStream, TileCache, TileInSlot, TileIntake};
+use super::{Loading, SlotStream, TileCache, TileInSlot, TileIntake};
 use crate::dataset::{LoadError, Loaded};
 use crate::tiling::TileId;
 
@@ -235,7 +235,8 @@ impl Flight {
             }
             Ok(Loaded { tile, disk_bytes: 1 })
         };
-        let mut intake = TileIntake::new(1, Arc::new(load), |_| 1).unwrap();
+        let loading = Loading { threads: 1, delay_frames: 0 };
+        let mut intake = TileIntake::new(loading, Arc::new(load), |_| 1).unwrap();
         intake.supply(TileId::ROOT, TileId::ROOT);
         Self {
             slots: ManagedSlots::new(slot_count),

@@ -3,6 +3,7 @@
 
 pub mod clipmap;
 mod layer_stream;
+mod load_delay;
 #[cfg(test)]
 pub(crate) mod managed_slots;
 mod offset_table;
@@ -19,7 +20,7 @@ pub(crate) use slot_stream::{SlotStream, SlotUpdate};
 pub use tile_cache::{CachePlan, Placement, TileCache};
 pub(crate) use tile_in_slot::TileInSlot;
 pub(crate) use tile_intake::{Taken, TileIntake};
-pub use tile_loader::{LoadPanic, TileLoader};
+pub use tile_loader::{LoadPanic, Loading, TileLoader};
 
 #[cfg(test)]
 mod tests;

@@ -39,7 +39,7 @@ impl Renderer {
         let load = Arc::new(|tile: TileId| tile);
         Self {
             cache: TileCache::new(5, 5),
-            loader: TileLoader::new(2, load).unwrap(),
+            loader: TileLoader::new(Loading { threads: 2, delay_frames: 0 }, load).unwrap(),
             waiting: HashMap::new(),
             atlas: HashMap::new(),
         }

@@ -2,7 +2,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::TileLoader;
+use super::{Loading, TileLoader};
 use crate::dataset::{LoadError, Loaded};
 use crate::tiling::TileId;
 
@@ -27,16 +27,16 @@ pub(crate) struct Taken {
 }
 
 impl<T: Send + 'static> TileIntake<T> {
-    /// An intake with `threads` workers. `upload_bytes` tells how many bytes a tile's upload moves.
+    /// An intake. `upload_bytes` tells how many bytes a tile's upload moves.
     ///
     /// # Errors
     /// Where the system gives no thread.
     pub fn new(
-        threads: usize,
+        loading: Loading,
         load: Arc<dyn Fn(TileId) -> Result<Loaded<T>, LoadError> + Send + Sync>,
         upload_bytes: fn(&T) -> u64,
     ) -> std::io::Result<Self> {
-        let loader = TileLoader::new(threads, load)?;
+        let loader = TileLoader::new(loading, load)?;
         Ok(Self { loader, ready: HashMap::new(), failed: BTreeMap::new(), upload_bytes })
     }
 

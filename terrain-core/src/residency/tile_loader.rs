@@ -5,7 +5,17 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use super::load_delay::LoadDelay;
 use crate::tiling::TileId;
+
+/// How tiles are loaded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Loading {
+    /// Worker threads; 0 is taken as 1.
+    pub threads: usize,
+    /// Frames that a tile takes at least from when it is asked for until it is handed out.
+    pub delay_frames: u32,
+}
 
 /// Worker threads that load tiles in order of urgency.
 ///
@@ -38,6 +48,7 @@ struct State<T> {
     queue: VecDeque<TileId>,
     in_flight: HashSet<TileId>,
     delivered: Vec<(TileId, T)>,
+    delay: LoadDelay<T>,
     panics: Vec<LoadPanic>,
     /// Tiles that are never to be tried again.
     given_up: HashSet<TileId>,
@@ -45,16 +56,16 @@ struct State<T> {
 }
 
 impl<T: Send + 'static> TileLoader<T> {
-    /// Starts `threads` workers (0 is taken as 1) that call `load`.
+    /// Starts workers that call `load`.
     ///
     /// # Errors
     /// Where the system gives not even one thread.
     pub fn new(
-        threads: usize,
+        Loading { threads, delay_frames }: Loading,
         load: Arc<dyn Fn(TileId) -> T + Send + Sync>,
     ) -> std::io::Result<Self> {
-        let mut loader =
-            Self { shared: Arc::new(Shared::new()), workers: Vec::with_capacity(threads) };
+        let shared = Arc::new(Shared::new(delay_frames));
+        let mut loader = Self { shared, workers: Vec::with_capacity(threads) };
         for number in 0..threads.max(1) {
             let (shared, load) = (Arc::clone(&loader.shared), Arc::clone(&load));
             let builder = std::thread::Builder::new().name(format!("tile loader {number}"));
@@ -67,22 +78,28 @@ impl<T: Send + 'static> TileLoader<T> {
         Ok(loader)
     }
 
-    /// Replaces the queue by these tiles, most urgent first. Tiles being loaded, and those delivered
-    /// but not yet taken, are not loaded twice; tiles whose load panicked are left out.
+    /// Replaces the queue by these tiles, most urgent first; called once a frame. Tiles being loaded,
+    /// and those delivered but not yet taken, are not loaded twice; tiles whose load panicked are left
+    /// out.
     pub fn set_wanted(&self, tiles: &[TileId]) {
         let mut state = self.shared.lock();
         let state = &mut *state;
         let mut known: HashSet<_> = state.delivered.iter().map(|&(tile, _)| tile).collect();
         known.extend(&state.in_flight);
         known.extend(&state.given_up);
+        state.delay.ask(tiles);
+        known.extend(state.delay.held());
         state.queue.clear();
         state.queue.extend(tiles.iter().copied().filter(|&tile| known.insert(tile)));
         self.shared.work.notify_all();
     }
 
-    /// Takes what has been loaded since the last call, in order of completion. Does not wait.
+    /// Takes what has been loaded since the last call, in order of completion; called once a frame. Does
+    /// not wait.
     pub fn poll(&self) -> Vec<(TileId, T)> {
-        std::mem::take(&mut self.shared.lock().delivered)
+        let mut state = self.shared.lock();
+        let delivered = std::mem::take(&mut state.delivered);
+        state.delay.due(delivered)
     }
 
     /// Takes the reports of loads that panicked. Does not wait.
@@ -146,11 +163,12 @@ impl<T: Send + 'static> Drop for TileLoader<T> {
 }
 
 impl<T> Shared<T> {
-    fn new() -> Self {
+    fn new(delay_frames: u32) -> Self {
         let state = State {
             queue: VecDeque::new(),
             in_flight: HashSet::new(),
             delivered: Vec::new(),
+            delay: LoadDelay::new(delay_frames),
             panics: Vec::new(),
             given_up: HashSet::new(),
             is_stopping: false,
@@ -221,6 +239,10 @@ mod tests {
     /// Long enough that only a hang reaches it.
     const PATIENCE: Duration = Duration::from_secs(30);
 
+    fn loading(threads: usize) -> Loading {
+        Loading { threads, delay_frames: 0 }
+    }
+
     fn tile(number: u32) -> TileId {
         TileId::new(5, 0, number)
     }
@@ -241,7 +263,7 @@ mod tests {
             let _ = open.recv();
             tile.column
         };
-        Gated { loader: TileLoader::new(1, Arc::new(load)).unwrap(), begun, gate }
+        Gated { loader: TileLoader::new(loading(1), Arc::new(load)).unwrap(), begun, gate }
     }
 
     fn take_all<T: Send>(loader: &TileLoader<T>) -> Vec<(TileId, T)> {
@@ -288,7 +310,7 @@ mod tests {
             counted.fetch_add(1, Ordering::Relaxed);
             tile.column
         };
-        let loader = TileLoader::new(4, Arc::new(load)).unwrap();
+        let loader = TileLoader::new(loading(4), Arc::new(load)).unwrap();
         let wanted: Vec<_> = (0..32).map(tile).collect();
         loader.set_wanted(&wanted);
         let mut taken = take_all(&loader);
@@ -303,7 +325,7 @@ mod tests {
             assert!(tile.column != 2, "tile two is bad");
             tile.column
         };
-        let loader = TileLoader::new(1, Arc::new(load)).unwrap();
+        let loader = TileLoader::new(loading(1), Arc::new(load)).unwrap();
         for _ in 0..2 {
             loader.set_wanted(&[tile(2), tile(5)]);
             assert_eq!(take_all(&loader), [(tile(5), 5)], "the worker lives on");

@@ -9,8 +9,9 @@ use super::TileList;
 ///
 /// Departures: all tiles are judged by the list as it came in, so a tile taken off still counts as
 /// its own parent's child (its ground is covered by its children in turn). A child without any data
-/// counts as listed; one that only ends earlier in one of the layers does not. Level 0 stays: it is
-/// the ground that never has a hole.
+/// counts as listed; one that only ends earlier in one of the layers does not. By
+/// [`Shortening::LeastError`](super::Shortening::LeastError) children that are not in view count as listed
+/// too. Level 0 stays: it is the ground that never has a hole.
 pub fn regularize(list: &mut TileList) -> usize {
     let before = list.len();
     // Ancestors stand first: when a node is judged its descendants are still as they came in.

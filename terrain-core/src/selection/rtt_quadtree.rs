@@ -1,6 +1,6 @@
 use super::{
-    SeenGround, Selection, SelectionConfig, SelectionStatistics, SelectionStrategy, TileTree,
-    merge_farthest, regularize, subdivide,
+    SeenGround, Selection, SelectionConfig, SelectionStatistics, SelectionStrategy, Shortening,
+    TileTree, merge_farthest, merge_least_error::merge_least_error, regularize, subdivide,
 };
 use crate::CameraView;
 
@@ -27,7 +27,8 @@ impl SelectionStrategy for RttQuadtree {
 ///
 /// What was seen comes from [`visible_region()`](super::visible_region()), and may be of a view some
 /// frames old; without any (an empty view) the selection is level 0. See [`subdivide()`],
-/// [`regularize()`] and [`merge_farthest()`] for what each does and where it departs from the paper.
+/// [`regularize()`] and [`merge_farthest()`] for what each does and where it departs from the paper, and
+/// [`Shortening`] for another way to do the last two.
 pub fn select(
     tree: &TileTree,
     seen: Option<SeenGround<'_>>,
@@ -37,7 +38,10 @@ pub fn select(
     let mut list = subdivide(tree, seen, view, config);
     let subdivided = list.len();
     let regularized_away = regularize(&mut list);
-    let merges = merge_farthest(&mut list, config.max_tiles);
+    let merges = match config.shortening {
+        Shortening::Farthest => merge_farthest(&mut list, config.max_tiles),
+        Shortening::LeastError => merge_least_error(&mut list, config.max_tiles),
+    };
     let statistics = SelectionStatistics {
         subdivided,
         regularized_away,

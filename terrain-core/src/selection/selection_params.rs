@@ -2,7 +2,7 @@ use glam::DVec2;
 
 use super::eye_units::{EyeUnits, HeightUnits, SplitDistances};
 use super::ground_units::GroundUnits;
-use super::{SelectionConfig, TileTree};
+use super::{SelectionConfig, Shortening, TileTree};
 use crate::CameraView;
 use crate::tiling::{FIXED_UNITS_PER_ROOT, TileId};
 
@@ -21,7 +21,9 @@ pub(crate) struct SelectionParams {
     pub max_tiles: u32,
     pub height_levels: u32,
     pub is_exact: u32,
-    pub split_below: [[u32; 2]; 26],
+    pub is_by_error: u32,
+    pub padding: u32,
+    pub split_below: [[u32; 2]; 27],
 }
 
 impl SelectionParams {
@@ -48,13 +50,15 @@ impl SelectionParams {
             max_tiles: u32::try_from(config.max_tiles).unwrap_or(u32::MAX),
             height_levels: tree.height_ranges.levels.len() as u32,
             is_exact: u32::from(is_exact),
+            is_by_error: u32::from(config.shortening == Shortening::LeastError),
+            padding: 0,
             split_below: words(&below),
         }
     }
 }
 
-fn words(below: &SplitDistances) -> [[u32; 2]; 26] {
-    let mut words = [[0; 2]; 26];
+fn words(below: &SplitDistances) -> [[u32; 2]; 27] {
+    let mut words = [[0; 2]; 27];
     for (words, distance) in words.iter_mut().zip(below) {
         *words = [*distance as u32, (distance >> 32) as u32];
     }

@@ -2,7 +2,7 @@ use super::eye_units::EyeUnits;
 use super::ground_units::FixedBox;
 use super::seen_tiles::SeenTiles;
 use super::tile_list::{Child, Node};
-use super::{SeenGround, TileList, TileTree};
+use super::{SeenGround, Shortening, TileList, TileTree};
 use crate::CameraView;
 
 /// What the selection is to reach and to keep within.
@@ -15,12 +15,19 @@ pub struct SelectionConfig {
     pub texel_px: f64,
     /// Factor the terrain's heights are drawn with.
     pub vertical_exaggeration: f64,
+    /// How the paper's selection makes its list short.
+    pub shortening: Shortening,
 }
 
 impl Default for SelectionConfig {
     /// As many tiles as the paper's cache of 6 x 6, a texel a pixel, heights as they are.
     fn default() -> Self {
-        Self { max_tiles: 36, texel_px: 1.0, vertical_exaggeration: 1.0 }
+        Self {
+            max_tiles: 36,
+            texel_px: 1.0,
+            vertical_exaggeration: 1.0,
+            shortening: Shortening::Farthest,
+        }
     }
 }
 
@@ -54,7 +61,7 @@ pub fn subdivide(
     config: &SelectionConfig,
 ) -> TileList {
     let eye = EyeUnits::new(tree, view.eye, config.vertical_exaggeration);
-    let mut list = TileList::new(tree, &eye);
+    let mut list = TileList::new(tree, &eye, config.shortening);
     let Some(seen) = seen else { return list };
     let split_below = eye.split_below(tree, config.texel_px * view.pixel_angle_rad());
     let exact = seen.image.and_then(|image| SeenTiles::of_image(image, tree, &eye, &split_below));
@@ -98,6 +105,7 @@ fn add_children(
             continue;
         }
         if !ground.bounds.touches(child) {
+            list.set_child(parent, quadrant, Child::OUT_OF_VIEW);
             continue;
         }
         let heights = shared.unwrap_or_else(|| eye.heights(tree.height_ranges.range(child)));

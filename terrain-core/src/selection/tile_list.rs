@@ -1,6 +1,6 @@
-use super::TileTree;
 use super::eye_units::EyeUnits;
 use super::sort_keys::PriorityOrder;
+use super::{Shortening, TileTree};
 use crate::tiling::TileId;
 
 /// The paper's list of chosen tiles, kept as the part of the quadtree it was chosen from.
@@ -13,6 +13,7 @@ pub struct TileList {
     nodes: Vec<Node>,
     listed: usize,
     hidden: usize,
+    shortening: Shortening,
 }
 
 /// One tile of the list's quadtree.
@@ -37,14 +38,16 @@ pub(super) struct Node {
 pub(super) struct Child(u32);
 
 impl Child {
-    /// Never considered: outside the region, or its parent was not split.
+    /// Never considered: its parent was not split, or a coarser tile holds its ground's data.
     pub const UNKNOWN: Self = Self(u32::MAX);
     /// There is no data there in any layer, at any level: nothing is missing without it.
     pub const EMPTY: Self = Self(u32::MAX - 1);
+    /// Outside the region.
+    pub const OUT_OF_VIEW: Self = Self(u32::MAX - 2);
 
     /// Index of the child's node, where there is one.
     pub fn node(self) -> Option<u32> {
-        (self.0 < Self::EMPTY.0).then_some(self.0)
+        (self.0 < Self::OUT_OF_VIEW.0).then_some(self.0)
     }
 }
 
@@ -53,7 +56,7 @@ impl TileList {
     pub(super) const ROOT: u32 = 0;
 
     /// The list that holds level 0 alone.
-    pub(super) fn new(tree: &TileTree, eye: &EyeUnits) -> Self {
+    pub(super) fn new(tree: &TileTree, eye: &EyeUnits, shortening: Shortening) -> Self {
         let root = Node {
             tile: TileId::ROOT,
             distance: tree.squared_distance(TileId::ROOT, eye),
@@ -62,13 +65,13 @@ impl TileList {
             is_listed: true,
             is_hidden: false,
         };
-        Self { nodes: vec![root], listed: 1, hidden: 0 }
+        Self { nodes: vec![root], listed: 1, hidden: 0, shortening }
     }
 
     /// The list of level 0 and these tiles. Tiles that do not exist are left out.
     #[cfg(test)]
     pub(super) fn of_tiles(tree: &TileTree, eye: &EyeUnits, tiles: &[TileId]) -> Self {
-        let mut list = Self::new(tree, eye);
+        let mut list = Self::new(tree, eye, Shortening::Farthest);
         for &tile in tiles.iter().filter(|&&tile| tree.contains(tile)) {
             let mut node = Self::ROOT;
             for level in 1..=tile.level {
@@ -148,15 +151,20 @@ impl TileList {
         self.listed = if is_listed { self.listed + 1 } else { self.listed - 1 };
     }
 
-    /// Whether all four children are on the list, where those without any data count as listed but
-    /// do not make a tile redundant by themselves.
+    /// Whether all four children are on the list, where those without any data count as listed, and by
+    /// [`Shortening::LeastError`] those out of view as well; at least one of them has to be listed.
     pub(super) fn is_covered_by_children(&self, index: u32) -> bool {
         let children = self.node(index).children;
-        let is_covered = |child: Child| match child.node() {
-            Some(node) => self.node(node).is_listed,
-            None => child == Child::EMPTY,
+        let counts_unseen = self.shortening == Shortening::LeastError;
+        let is_listed = |child: Child| child.node().is_some_and(|node| self.node(node).is_listed);
+        let is_unseen = |child: Child| match child.node() {
+            Some(node) => self.node(node).is_hidden,
+            None => child == Child::OUT_OF_VIEW,
         };
-        children.into_iter().all(is_covered) && children != [Child::EMPTY; 4]
+        let is_covered = |child: Child| {
+            is_listed(child) || child == Child::EMPTY || counts_unseen && is_unseen(child)
+        };
+        children.into_iter().all(is_covered) && children.into_iter().any(is_listed)
     }
 
     /// The node of `tile`, a child of `parent`'s tile, added together with what is known of its

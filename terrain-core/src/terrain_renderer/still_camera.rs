@@ -1,5 +1,5 @@
-//! What takes several frames of a still camera: waiting until nothing is missing, and the coordinates
-//! of every pixel.
+//! Frames that wait, and what takes several of them: drawing until nothing is missing, and the
+//! coordinates of every pixel.
 
 use std::time::Duration;
 
@@ -12,7 +12,29 @@ use crate::measure::FrameRecord;
 use crate::method::SceneState;
 use crate::progress::{NoProgress, Progress};
 
+/// How long to wait for a source that says nothing.
+const PATIENCE: Duration = Duration::from_secs(10);
+
 impl TerrainRenderer {
+    /// Waits until all that earlier frames have asked of GPU and disk is there. Frames with such a wait
+    /// before each are the same on every run, however fast either is.
+    ///
+    /// # Errors
+    /// [`RenderError::Gpu`] where the device has failed.
+    pub fn wait(&self) -> Result<(), RenderError> {
+        self.gpu.wait()?;
+        self.method.wait(PATIENCE);
+        Ok(())
+    }
+
+    /// A frame without its picture; see [`Self::render`].
+    ///
+    /// # Errors
+    /// [`RenderError::Camera`] where the view is none, [`RenderError::Gpu`] where the device has failed.
+    pub fn advance(&mut self, view: &CameraView) -> Result<FrameRecord, RenderError> {
+        self.frame(view, None)
+    }
+
     /// Where on the ground each pixel of the view looks, after drawing until nothing is missing; see
     /// [`Self::drawn_coordinates`].
     ///
@@ -112,18 +134,15 @@ impl TerrainRenderer {
     ) -> Result<FrameRecord, RenderError> {
         // Each round brings at least one tile or image, unless a disk takes its time.
         const MOST_FRAMES: u32 = 2_000;
-        const PATIENCE: Duration = Duration::from_secs(10);
-        let mut sum = self.frame(view, None)?;
+        let mut sum = self.advance(view)?;
         let mut most_missing = 0;
         for _ in 0..MOST_FRAMES {
             if !self.method.is_pending(&self.scene(view)) {
                 break;
             }
-            // Waiting for all that is under way makes the same rounds of them every time, however fast
-            // disk and GPU are.
-            self.gpu.wait()?;
-            self.method.wait(PATIENCE);
-            let record = self.frame(view, None)?;
+            // All that is under way: the same rounds of them every time.
+            self.wait()?;
+            let record = self.advance(view)?;
             most_missing = record.tiles_missing.max(most_missing);
             progress.advanced("tiles", most_missing - record.tiles_missing, most_missing);
             sum.add_work_of(&record);

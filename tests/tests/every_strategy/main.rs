@@ -9,6 +9,7 @@ mod budgets;
 mod drawn;
 mod failing_tiles;
 mod heights;
+mod in_step;
 mod limits;
 mod places;
 mod same_picture;
@@ -47,6 +48,8 @@ cases! {
 
     budgets::the_budget_bounds_the_bytes_of_a_frame {}
     budgets::the_smallest_cache_and_no_budget_still_draw {}
+
+    in_step::frames_in_step_are_the_same_on_every_run_and_late_tiles_come_late {}
 
     settings::a_new_cache_is_counted {
         Clipmap: "its windows are as large as the view asks, whatever the cache's size",

@@ -54,7 +54,7 @@ pub struct Comparison {
     /// The error that is the same for all; `None` where each has that of its own settings.
     pub equal: Option<ErrorColumn>,
     /// The strategies, in the order of each flight's costs.
-    pub strategies: Vec<&'static str>,
+    pub strategies: Vec<String>,
     /// A row a flight.
     pub flights: Vec<FlightCosts>,
 }
@@ -89,7 +89,7 @@ impl Comparison {
     pub fn as_given(runs: &[RunSummary], settle: bool) -> Self {
         let time = RunTime::of(runs, settle);
         Self::over_flights(runs, None, |flight, strategies| {
-            let typical = |strategy: &&str| {
+            let typical = |strategy: &String| {
                 let is_it = |run: &&&RunSummary| run.is_typical && run.strategy == *strategy;
                 flight.iter().find(is_it).map_or(Costs::UNKNOWN, |run| Costs {
                     upload_kib: CostAt::Reached(run.later_upload_kib()),
@@ -115,7 +115,7 @@ impl Comparison {
                 let points = runs.map(|run| [run.error(error.column()), cost(run)]);
                 CostCurve::new(&points.collect::<Vec<_>>())
             };
-            let by_upload = |strategy: &&str| curve(strategy, &RunSummary::later_upload_kib);
+            let by_upload = |strategy: &String| curve(strategy, &RunSummary::later_upload_kib);
             let curves = strategies.iter().filter_map(by_upload).collect::<Vec<_>>();
             let tightest = || tightest_common_error(&curves).map(|error| EASE * error);
             let Some(target) = given.or_else(tightest) else {
@@ -124,7 +124,7 @@ impl Comparison {
             let at = |curve: Option<CostCurve>| {
                 curve.map_or(CostAt::NotReached, |curve| curve.at(target))
             };
-            let costs = |strategy: &&str| Costs {
+            let costs = |strategy: &String| Costs {
                 upload_kib: at(curve(strategy, &RunSummary::later_upload_kib)),
                 both_ways_kib: at(curve(strategy, &RunSummary::later_both_ways_kib)),
                 run_time_ms: at(curve(strategy, &|run| time.median_ms(run))),
@@ -136,9 +136,9 @@ impl Comparison {
     fn over_flights(
         runs: &[RunSummary],
         equal: Option<ErrorColumn>,
-        costs: impl Fn(&[&RunSummary], &[&'static str]) -> (Option<f64>, Vec<Costs>),
+        costs: impl Fn(&[&RunSummary], &[String]) -> (Option<f64>, Vec<Costs>),
     ) -> Self {
-        let strategies = distinct(runs.iter().map(|run| run.strategy));
+        let strategies = distinct(runs.iter().map(|run| run.strategy.clone()));
         let flights = distinct(runs.iter().map(|run| run.flight.as_str()));
         let flights = flights.into_iter().map(|flight| {
             let of_flight = runs.iter().filter(|run| run.flight == flight).collect::<Vec<_>>();
@@ -212,7 +212,12 @@ mod tests {
         record.errors.flip_mean = Some(flip);
         let run = RunResult::of_records(&format!("{strategy} {flip}"), vec![record]);
         let is_typical = flip == 0.02;
-        RunSummary::of(&RunResult { flight: flight.into(), strategy, is_typical, ..run })
+        RunSummary::of(&RunResult {
+            flight: flight.into(),
+            strategy: strategy.to_string(),
+            is_typical,
+            ..run
+        })
     }
 
     /// Over two flights, one with ten times the bytes, two strategies whose bytes go with the inverse of

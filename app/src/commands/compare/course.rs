@@ -8,13 +8,12 @@ use terrain_core::measure::error::{DrawnPicture, MeasuredErrors, PictureDeviatio
 use terrain_core::measure::motion::{popping, swim_px};
 use terrain_core::measure::rest::{churn_at_rest, frames_until_sharp};
 use terrain_core::measure::{Flight, FrameRecord};
-use terrain_core::selection::Strategy;
 
 use super::exact_pictures::ExactPictures;
 use super::film_strip::{StripPicture, film_strip};
 use super::plans::RunPlan;
 use super::worst_frames::{WorstFrame, WorstFrames};
-use crate::headless::Headless;
+use crate::headless::{Headless, Pace};
 
 /// A flight that every run flies, and how it is measured.
 pub struct Course {
@@ -35,8 +34,8 @@ pub struct Rules {
     pub size_px: [u32; 2],
     /// Every so manieth frame drawn is measured, beginning with the first.
     pub error_every: u64,
-    /// Whether every frame waits until nothing is missing.
-    pub settle: bool,
+    /// What frames wait for.
+    pub pace: Pace,
     /// Whether frames that are not measured go without a picture.
     pub only_measured: bool,
     /// Whether the flight is flown a second time with what the first has left in memory.
@@ -54,7 +53,7 @@ pub struct RunResult {
     /// What the run is called.
     pub name: String,
     /// How tiles were selected.
-    pub strategy: Strategy,
+    pub strategy: String,
     /// Whether it stands for its strategy.
     pub is_typical: bool,
     /// A record a frame, beginning with nothing in memory.
@@ -109,7 +108,7 @@ impl Course {
         Ok(RunResult {
             flight: self.name.clone(),
             name: plan.name.clone(),
-            strategy: plan.settings.strategy,
+            strategy: plan.strategy.clone(),
             is_typical: plan.is_typical,
             frames_until_sharp: self.frames_until_sharp(&views, &records),
             churn_at_rest: churn_at_rest(&views, &records),
@@ -150,9 +149,9 @@ impl Course {
         let frame = self.frames[index];
         let view = self.view(frame);
         let mut record = if self.rules.only_measured && !is_measured {
-            headless.settle(&view)?
+            headless.advance(&view, self.rules.pace)?
         } else {
-            headless.draw(&view, self.rules.settle)?
+            headless.draw(&view, self.rules.pace)?
         };
         (record.frame, record.time_s) = (frame, self.flight.frame_time_s(frame));
         Ok(record)
@@ -237,7 +236,7 @@ impl RunResult {
         Self {
             flight: "flight".into(),
             name: name.into(),
-            strategy: Strategy::default(),
+            strategy: "rtt-quadtree".into(),
             is_typical: true,
             records,
             warm_records: Vec::new(),

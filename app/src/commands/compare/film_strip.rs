@@ -2,7 +2,7 @@ use image::RgbaImage;
 use image::imageops::{FilterType, resize};
 use terrain_core::{CameraView, DebugView, RendererSettings};
 
-use crate::headless::Headless;
+use crate::headless::{Headless, Pace};
 use crate::pictures::png_bytes;
 
 /// Pictures of a strip.
@@ -36,7 +36,7 @@ pub fn film_strip(
     let mut strip = Vec::with_capacity(count);
     for index in frames {
         let [width, height] = views[index].viewport_px;
-        headless.draw(&views[index], true)?;
+        headless.draw(&views[index], Pace::Settled)?;
         let picture = RgbaImage::from_raw(width, height, headless.picture()?);
         let shown = [WIDTH_PX, (height * WIDTH_PX / width).max(1)];
         if let Some(picture) = picture {

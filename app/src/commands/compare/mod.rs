@@ -7,6 +7,7 @@ mod film_strip;
 mod page;
 mod plans;
 mod run_summary;
+mod variant;
 mod worst_frames;
 mod write;
 
@@ -15,21 +16,21 @@ use std::sync::Arc;
 
 use anyhow::{Context, ensure};
 use clap::Args;
-use terrain_core::dataset::{Dataset, HeightEncoding, Manifest, TileSource};
+use terrain_core::dataset::{Dataset, DelayedSource, HeightEncoding, Manifest, TileSource};
 use terrain_core::gpu::{AdapterChoice, GpuContext};
 use terrain_core::measure::sweep::{Knob, Sweep};
 use terrain_core::measure::{Flight, PlannedFlight};
-use terrain_core::selection::{Strategy, UnknownStrategy};
 
 use self::comparison::ErrorColumn;
 use self::course::{Course, Rules, RunResult};
 use self::exact_pictures::ExactPictures;
 use self::page::{Page, Scene};
 use self::plans::RunPlan;
+use self::variant::VariantList;
 use crate::arg_values::positive;
 use crate::commands::fly::frames_to_draw;
 use crate::drawing_args::{DrawingArgs, Size};
-use crate::headless::Headless;
+use crate::headless::{Headless, Pace};
 use crate::interrupt::flag_on_ctrl_c;
 use crate::progress::FrameProgress;
 use crate::{flights, output};
@@ -63,6 +64,8 @@ Knobs of a sweep, and a value of each:
   triangle-px=8            size of the mesh's triangles in pixels
   coordinate-size=160x90   size of the coordinate pass
   readback-latency=2       frames that the region in view is held back before it is used
+  visibility=exact         what counts as visible for rtt-quadtree: box or exact
+  shortening=least-error   which tiles are merged where there are too many: farthest or least-error
   dataset=FOLDER           another dataset of the same ground, for instance in another encoding;
                            errors are still measured against DATASET")]
 pub struct CompareArgs {
@@ -80,15 +83,11 @@ pub struct CompareArgs {
     )]
     flights: Vec<PathBuf>,
 
-    /// How tiles are selected, a run each, with commas between them; `all` is every strategy [default:
-    /// that of --strategy]
-    #[arg(
-        long,
-        value_name = "STRATEGY,..",
-        value_parser = strategy_list,
-        conflicts_with = "strategy"
-    )]
-    strategies: Option<StrategyList>,
+    /// How tiles are selected, a run each, with commas between them; `all` is every strategy. A name may
+    /// be followed by +exact and +least-error, settings for it alone: rtt-quadtree+exact [default: that
+    /// of --strategy]
+    #[arg(long, value_name = "STRATEGY,..", conflicts_with = "strategy")]
+    strategies: Option<VariantList>,
 
     /// Fly once for each value of a knob
     #[arg(long, value_name = "KNOB=V,V,..")]
@@ -131,9 +130,19 @@ pub struct CompareArgs {
     #[arg(long)]
     settle: bool,
 
+    /// Wait before every frame for what earlier frames asked for, but not until nothing is missing (the
+    /// first frame does): what a flight shows and sends, the same on every run
+    #[arg(long, conflicts_with = "settle")]
+    in_step: bool,
+
+    /// Tiles come this many frames after they were asked for at the earliest, as from a slow disk or
+    /// over a network
+    #[arg(long, value_name = "FRAMES", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=600))]
+    load_delay: u32,
+
     /// Draw only the frames whose error is measured; of all others choose, load and send tiles: the same
-    /// tiles and bytes in less time, but no times of frames
-    #[arg(long, requires = "settle")]
+    /// tiles and bytes in less time, but no times of frames (with --settle or --in-step)
+    #[arg(long)]
     only_measured: bool,
 
     /// Fly every flight a second time with what the first has left in memory
@@ -142,17 +151,6 @@ pub struct CompareArgs {
 
     #[command(flatten)]
     drawing: DrawingArgs,
-}
-
-/// Strategies as they are given: names with commas between them, or all.
-#[derive(Clone, Debug)]
-struct StrategyList(Vec<Strategy>);
-
-fn strategy_list(text: &str) -> Result<StrategyList, UnknownStrategy> {
-    if text == ALL {
-        return Ok(StrategyList(Strategy::ALL.to_vec()));
-    }
-    Ok(StrategyList(text.split(',').map(str::parse).collect::<Result<_, _>>()?))
 }
 
 /// A part of a flight.
@@ -186,11 +184,17 @@ fn seconds(text: &str) -> Result<Seconds, String> {
 
 /// Flies, measures and writes the report.
 pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
+    let pace = args.pace();
+    ensure!(
+        pace != Pace::Free || !args.only_measured,
+        "--only-measured: frames that do not wait need the time their pictures take; add --in-step or \
+         --settle"
+    );
     let source: Arc<dyn TileSource> = Arc::new(Dataset::open(&args.dataset)?);
     let gpu = Arc::new(GpuContext::headless(adapter)?);
     let settings = args.drawing.settings(1.0).for_adapter(gpu.is_software());
     let strategies = match &args.strategies {
-        None => vec![settings.strategy],
+        None => vec![settings.strategy.into()],
         Some(list) => list.0.clone(),
     };
     let sweep = args.sweep();
@@ -200,7 +204,7 @@ pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
     std::fs::create_dir_all(&args.out)
         .with_context(|| format!("{}: cannot make the folder", args.out.display()))?;
     let mut exact = ExactPictures::new(Arc::clone(&source), &settings)?;
-    let runs = fly_all(&courses, &plans, &gpu, &mut exact)?;
+    let runs = fly_all(&courses, &plans, args.load_delay, &gpu, &mut exact)?;
     let scene = Scene {
         dataset: name_of(&args.dataset),
         encoding: encoding(source.manifest()),
@@ -208,7 +212,8 @@ pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
         adapter: gpu.adapter_name(),
         is_software: gpu.is_software(),
         size_px: args.size.0,
-        settle: args.settle,
+        pace: args.pace(),
+        load_delay_frames: args.load_delay,
         error_every: args.error_every,
         only_measured: args.only_measured,
         knob: sweep.map(|sweep| sweep.knob),
@@ -219,10 +224,19 @@ pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
     output::print(&page.text())
 }
 
+/// The source with its tiles so many frames late.
+fn delayed(source: &Arc<dyn TileSource>, delay_frames: u32) -> Arc<dyn TileSource> {
+    match delay_frames {
+        0 => Arc::clone(source),
+        _ => Arc::new(DelayedSource { source: Arc::clone(source), delay_frames }),
+    }
+}
+
 /// Every run of every flight; each begins with empty caches.
 fn fly_all(
     courses: &[Course],
     plans: &[RunPlan],
+    delay_frames: u32,
     gpu: &Arc<GpuContext>,
     exact: &mut ExactPictures,
 ) -> anyhow::Result<Vec<RunResult>> {
@@ -232,7 +246,7 @@ fn fly_all(
     for course in courses {
         exact.begin_flight();
         for plan in plans {
-            let source = Arc::clone(&plan.source);
+            let source = delayed(&plan.source, delay_frames);
             let size_px = course.rules.size_px;
             let mut headless = Headless::on(Arc::clone(gpu), source, plan.settings, size_px)?;
             runs.push(course.fly(plan, &mut headless, exact, &mut || {
@@ -246,6 +260,14 @@ fn fly_all(
 }
 
 impl CompareArgs {
+    fn pace(&self) -> Pace {
+        match (self.settle, self.in_step) {
+            (true, _) => Pace::Settled,
+            (_, true) => Pace::InStep,
+            _ => Pace::Free,
+        }
+    }
+
     /// What is swept, if anything.
     fn sweep(&self) -> Option<Sweep> {
         let qualities =
@@ -281,7 +303,7 @@ fn courses(
     let rules = Rules {
         size_px: args.size.0,
         error_every: args.error_every,
-        settle: args.settle,
+        pace: args.pace(),
         only_measured: args.only_measured,
         warm: args.warm,
         worst_kept: match names.len() * runs_a_flight {
@@ -347,14 +369,5 @@ mod tests {
         for wrong in ["", "3", "4..3", "-1..2", "a..b", "0..NaN"] {
             assert!(seconds(wrong).is_err(), "{wrong}");
         }
-    }
-
-    #[test]
-    fn strategies_are_a_list_or_all_of_them() {
-        let list = |text| strategy_list(text).map(|list| list.0);
-        assert_eq!(list("all"), Ok(Strategy::ALL.to_vec()));
-        let two = vec![Strategy::CpuFrustum, Strategy::RttQuadtree];
-        assert_eq!(list("cpu-frustum,rtt-quadtree"), Ok(two));
-        assert!(list("rtt-quadtree,nothing").unwrap_err().to_string().contains("\"nothing\""));
     }
 }

@@ -6,15 +6,17 @@ use anyhow::ensure;
 use terrain_core::RendererSettings;
 use terrain_core::dataset::{Dataset, TileSource};
 use terrain_core::measure::sweep::{Knob, Sweep};
-use terrain_core::selection::Strategy;
 
 use super::name_of;
+use super::variant::Variant;
 
 /// One way of drawing every flight.
 #[derive(Clone)]
 pub struct RunPlan {
     /// What the run is called; unique.
     pub name: String,
+    /// The strategy, as it was asked for.
+    pub strategy: String,
     /// How it is drawn.
     pub settings: RendererSettings,
     /// What is drawn.
@@ -30,19 +32,24 @@ pub struct RunPlan {
 /// Where a value is out of range, a dataset cannot be opened or lies elsewhere, or two runs would have
 /// one name.
 pub fn plans(
-    strategies: &[Strategy],
+    variants: &[Variant],
     sweep: Option<&Sweep>,
     source: &Arc<dyn TileSource>,
     settings: RendererSettings,
 ) -> anyhow::Result<Vec<RunPlan>> {
     let mut plans = Vec::new();
-    for &strategy in strategies {
-        let settings = RendererSettings { strategy, ..settings };
-        let name = strategy.name().to_owned();
-        let plain = RunPlan { name, settings, source: Arc::clone(source), is_typical: true };
+    for variant in variants {
+        let (name, settings) = (variant.name.clone(), variant.of(settings));
+        let plain = RunPlan {
+            strategy: name.clone(),
+            name,
+            settings,
+            source: Arc::clone(source),
+            is_typical: true,
+        };
         match sweep {
             None => plans.push(plain),
-            Some(sweep) => plans.extend(swept(&plain, sweep, strategies.len() > 1)?),
+            Some(sweep) => plans.extend(swept(&plain, sweep, variants.len() > 1)?),
         }
     }
     check_names("runs", plans.iter().map(|plan| plan.name.as_str()))?;

@@ -15,7 +15,7 @@ pub struct RunSummary {
     /// What the run is called.
     pub run: String,
     /// How tiles were selected.
-    pub strategy: &'static str,
+    pub strategy: String,
     /// Whether it stands for its strategy.
     pub is_typical: bool,
     /// Frames drawn.
@@ -126,7 +126,7 @@ impl RunSummary {
         Self {
             flight: run.flight.clone(),
             run: run.name.clone(),
-            strategy: run.strategy.name(),
+            strategy: run.strategy.clone(),
             is_typical: run.is_typical,
             frames: records.len() as u64,
             measured_frames: count(records, |record| record.errors.flip_mean.is_some()),

@@ -4,7 +4,9 @@ use egui::{RichText, Ui};
 use terrain_core::RendererSettings;
 
 use super::{Choices, Mode};
-use crate::viewer::panel::{cache_choice, slider, strategy_choice, visibility_choice};
+use crate::viewer::panel::{
+    cache_choice, shortening_choice, slider, strategy_choice, visibility_choice,
+};
 
 /// What the section shows and what it may change.
 pub struct ComparisonSection<'a> {
@@ -29,6 +31,7 @@ impl ComparisonSection<'_> {
             return;
         }
         visibility_choice(ui, &mut self.choices.second);
+        shortening_choice(ui, &mut self.choices.second);
         cache_choice(ui, &mut self.choices.second);
         ui.add(slider(&mut self.choices.second.texel_px, 0.25, 8.0).text("texel (px)"));
         ui.label(RichText::new("All other settings are those of A.").weak());

@@ -284,7 +284,8 @@ fn what_the_precision_probes_send_and_receive_has_the_same_layout() {
 #[test]
 fn what_the_selection_goes_by_has_the_same_layout() {
     let params = offsets!(SelectionParams: eye, doublings, anchor, anchor_from_origin_m, eye_ground,
-        layer_finest, units_per_m, max_tiles, height_levels, is_exact, split_below);
+        layer_finest, units_per_m, max_tiles, height_levels, is_exact, is_by_error, padding,
+        split_below);
     let size = size_of::<SelectionParams>() as u32;
     assert_eq!(wgsl_layout(&MARK_SEEN_TILES, "SelectionParams"), (params, size));
     let node_bytes = SelectTilesPass::NODE_BYTES as u32;

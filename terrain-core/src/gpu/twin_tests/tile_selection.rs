@@ -8,7 +8,7 @@ use crate::gpu::{CoordinatePass, GpuContext, SelectionRequest, TileSelection};
 use crate::selection::tests::cases::{SCHEME, height_ranges, layer, mixed, tree};
 use crate::selection::{
     CoordinateImage, LayerTree, SeenGround, Selection, SelectionConfig, SelectionStatistics,
-    TileTree, VisibleRegion, select, visible_region,
+    Shortening, TileTree, VisibleRegion, select, visible_region,
 };
 use crate::tiling::{LayerLayout, TileId, TileSet};
 
@@ -198,6 +198,7 @@ fn random_config(dice: &mut Dice) -> SelectionConfig {
         max_tiles: dice.of(&[1, 2, 7, 36, 64, 256, 100_000]),
         texel_px: dice.of(&[0.1, 0.4, 1.0, 3.0, 30.0]) * dice.between(0.8, 1.25),
         vertical_exaggeration: dice.of(&[1.0, 1.0, 0.01, 3.0, 1_000.0]),
+        shortening: dice.of(&Shortening::ALL),
     }
 }
 

@@ -7,7 +7,7 @@ use std::time::Duration;
 use glam::{DVec2, DVec3};
 
 use crate::dataset::{ColourFormat, ColourTile, HeightEncoding, HeightTile, TileSource};
-use crate::layer_loading::{LOADING_THREADS, OpenTerrainError, load_colours};
+use crate::layer_loading::{OpenTerrainError, load_colours, loading_of};
 use crate::measure::{ByteCause, FrameLedger};
 use crate::residency::clipmap::{
     ClipLayer, ClipSizes, ClipStrip, TexelRect, TileKeeping, clip_sizes, is_level_wanted,
@@ -73,7 +73,7 @@ impl ClipTerrain {
             tree.scheme,
             tree.heights.clone(),
             (least.heights, TileKeeping::Window, height_bytes),
-            LOADING_THREADS,
+            loading_of(&**source),
             Arc::new(move |tile| of_heights.load_heights(tile)),
         )?;
         let loaded = source.load_heights(TileId::ROOT)?;
@@ -86,7 +86,7 @@ impl ClipTerrain {
                     tree.scheme,
                     layer,
                     (least.colours, TileKeeping::Border, colour_format.byte_len(4)),
-                    LOADING_THREADS,
+                    loading_of(&**source),
                     Arc::new(move |tile| load_colours(&*of_colours, colour_format, tile)),
                 )?;
                 let loaded = load_colours(&**source, colour_format, TileId::ROOT)?;

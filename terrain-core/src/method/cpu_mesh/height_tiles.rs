@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use crate::CameraView;
 use crate::dataset::{LoadError, Loaded, TileSource};
-use crate::layer_loading::LOADING_THREADS;
+use crate::layer_loading::loading_of;
 use crate::residency::{Taken, TileIntake};
 use crate::selection::{SelectionConfig, TileTree, select_by_frustum};
 use crate::surface::view_mesh::{HeightPatch, PatchFrame, ViewMesh};
@@ -51,11 +51,11 @@ impl HeightTiles {
     /// # Errors
     /// Where the system gives no thread.
     pub fn new(source: &Arc<dyn TileSource>, frame: PatchFrame) -> std::io::Result<Self> {
-        let source = Arc::clone(source);
+        let (source, loading) = (Arc::clone(source), loading_of(&**source));
         let load = move |tile| load_patch(&*source, frame, tile);
         Ok(Self {
             // What goes to the GPU of a patch is the mesh's to say.
-            intake: TileIntake::new(LOADING_THREADS, Arc::new(load), |_| 0)?,
+            intake: TileIntake::new(loading, Arc::new(load), |_| 0)?,
             wanted: vec![TileId::ROOT],
             asked: None,
             missing: 0,

@@ -8,7 +8,7 @@ use super::{
     LevelFill, TexelRect, clip_level_count, level_size_texels, tiles_under, window_around,
 };
 use crate::dataset::{LoadError, Loaded};
-use crate::residency::TileLoader;
+use crate::residency::{Loading, TileLoader};
 use crate::selection::LayerTree;
 use crate::tiling::{TileId, TilingScheme};
 
@@ -74,7 +74,7 @@ impl<T: Send + 'static> ClipLayer<T> {
         scheme: TilingScheme,
         layer: LayerTree,
         (clip_size, keeping, bytes_of_16_texels): (u32, TileKeeping, u64),
-        threads: usize,
+        loading: Loading,
         load: Arc<dyn Fn(TileId) -> Result<Loaded<T>, LoadError> + Send + Sync>,
     ) -> std::io::Result<Self> {
         let levels = vec![LevelFill::default(); usize::from(clip_level_count(&layer.layout))];
@@ -85,7 +85,7 @@ impl<T: Send + 'static> ClipLayer<T> {
             keeping,
             levels,
             wanted_levels: 1,
-            loader: TileLoader::new(threads, load)?,
+            loader: TileLoader::new(loading, load)?,
             tiles: HashMap::new(),
             failed: BTreeMap::new(),
             bytes_of_16_texels: bytes_of_16_texels.max(1),

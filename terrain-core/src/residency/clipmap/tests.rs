@@ -7,6 +7,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::dataset::{LoadError, Loaded};
+use crate::residency::Loading;
 use crate::selection::LayerTree;
 use crate::tiling::{LayerLayout, TileId, TilingScheme};
 
@@ -218,8 +219,10 @@ fn layer(
         .filter(|tile| !absent.contains(tile))
         .collect();
     let layer = LayerTree { layout: LAYOUT, present };
+    let loading = Loading { threads: 2, delay_frames: 0 };
     let mut layer =
-        ClipLayer::new(SCHEME, layer, (CLIP, TileKeeping::Border, 32), 2, Arc::new(load)).unwrap();
+        ClipLayer::new(SCHEME, layer, (CLIP, TileKeeping::Border, 32), loading, Arc::new(load))
+            .unwrap();
     layer.supply(TileId::ROOT, tile_values(TileId::ROOT));
     layer
 }

@@ -6,8 +6,8 @@ use proptest::prelude::*;
 use crate::CameraView;
 use crate::dataset::{HeightRange, HeightRanges};
 use crate::selection::{
-    LayerTree, SeenGround, Selection, SelectionConfig, Strategy as TileStrategy, TileTree,
-    VisibleRegion,
+    LayerTree, SeenGround, Selection, SelectionConfig, Shortening, Strategy as TileStrategy,
+    TileTree, VisibleRegion,
 };
 use crate::tiling::{Extent, LayerLayout, TileId, TileSet, TilingScheme};
 
@@ -120,7 +120,8 @@ pub fn cases() -> impl Strategy<Value = Case> {
             viewport_px: [1280, 720],
         };
         let (max_tiles, texel_px, vertical_exaggeration) = config;
-        let config = SelectionConfig { max_tiles, texel_px, vertical_exaggeration };
+        let shortening = Shortening::Farthest;
+        let config = SelectionConfig { max_tiles, texel_px, vertical_exaggeration, shortening };
         Case { tree, region, view, config }
     })
 }

@@ -4,6 +4,7 @@
 pub(crate) mod cases;
 mod frustum;
 mod invariants;
+mod least_error;
 mod seen;
 mod sight;
 

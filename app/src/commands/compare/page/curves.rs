@@ -60,8 +60,8 @@ pub fn add(report: &mut HtmlReport, scene: &Scene, runs: &[RunResult]) -> Result
     report.heading("Over the flights");
     scene.add_rate_notes(report);
     let costs: &[Curve] =
-        if scene.settle { &[CPU_TIME, UPLOAD] } else { &[FRAME_RATE, CPU_LOAD, UPLOAD] };
-    let many_strategies = distinct(runs.iter().map(|run| run.strategy)).len() > 1;
+        if scene.settles() { &[CPU_TIME, UPLOAD] } else { &[FRAME_RATE, CPU_LOAD, UPLOAD] };
+    let many_strategies = distinct(runs.iter().map(|run| run.strategy.as_str())).len() > 1;
     for flight in distinct(runs.iter().map(|run| run.flight.as_str())) {
         report.subheading(flight);
         let shown = |run: &&RunResult| run.flight == flight && (run.is_typical || !many_strategies);

@@ -17,6 +17,7 @@ use self::trades::ParetoFront;
 use super::comparison::{Comparison, ErrorColumn, distinct};
 use super::course::RunResult;
 use super::run_summary::{RunSummary, RunTime};
+use crate::headless::Pace;
 
 /// What was flown.
 #[derive(Serialize)]
@@ -33,8 +34,10 @@ pub struct Scene {
     pub is_software: bool,
     /// Width and height of the pictures in pixels.
     pub size_px: [u32; 2],
-    /// Whether every frame waited until nothing was missing.
-    pub settle: bool,
+    /// What frames waited for.
+    pub pace: Pace,
+    /// Frames that tiles take at least.
+    pub load_delay_frames: u32,
     /// Every so manieth frame was measured.
     pub error_every: u64,
     /// Whether frames that were not measured went without a picture.
@@ -72,8 +75,8 @@ impl Page {
         let equal = scene
             .equal_errors
             .iter()
-            .map(|&(error, given)| Comparison::at_equal(&summaries, scene.settle, error, given));
-        let as_given = std::iter::once(Comparison::as_given(&summaries, scene.settle));
+            .map(|&(error, given)| Comparison::at_equal(&summaries, scene.settles(), error, given));
+        let as_given = std::iter::once(Comparison::as_given(&summaries, scene.settles()));
         Self { comparisons: as_given.chain(equal).collect(), scene, runs, summaries }
     }
 
@@ -86,7 +89,7 @@ impl Page {
             scene: &self.scene,
             comparisons: &self.comparisons,
             runs: &self.summaries,
-            pareto_fronts: trades::fronts(&self.summaries, self.scene.settle),
+            pareto_fronts: trades::fronts(&self.summaries, self.scene.settles()),
         };
         Ok(serde_json::to_string_pretty(&summary)? + "\n")
     }
@@ -99,7 +102,7 @@ impl Page {
         };
         let width = self.summaries.iter().map(|run| name(run).chars().count()).max().unwrap_or(0);
         let mut text = String::new();
-        let time = RunTime::of(&self.summaries, self.scene.settle);
+        let time = RunTime::of(&self.summaries, self.scene.settles());
         for run in &self.summaries {
             let (time_ms, kib) = (time.median_ms(run), run.upload_kib());
             let (flip, screen) = (run.error("flip_mean"), run.error("screen_error_px_p99"));
@@ -125,12 +128,12 @@ impl Page {
         for sentence in self.scene.sentences(&self.runs) {
             report.paragraph(&sentence);
         }
-        if distinct(self.runs.iter().map(|run| run.strategy)).len() > 1 {
+        if distinct(self.runs.iter().map(|run| run.strategy.as_str())).len() > 1 {
             paper_table::add(&mut report, &self.scene, &self.summaries, &self.comparisons);
         }
         notes::add_counted(&mut report);
         columns::add_breakdown(&mut report, &self.summaries);
-        trades::add(&mut report, &self.summaries, self.scene.settle)?;
+        trades::add(&mut report, &self.summaries, self.scene.settles())?;
         curves::add(&mut report, &self.scene, &self.runs)?;
         pictures::add_strips(&mut report, &self.runs);
         pictures::add_worst_frames(&mut report, &self.runs)?;
@@ -141,6 +144,11 @@ impl Page {
 }
 
 impl Scene {
+    /// Whether every frame waits until nothing is missing.
+    pub fn settles(&self) -> bool {
+        self.pace == Pace::Settled
+    }
+
     /// What was flown and how, in words.
     fn sentences(&self, runs: &[RunResult]) -> Vec<String> {
         let flights = self.flights.iter().map(|flight| {
@@ -149,13 +157,24 @@ impl Scene {
         });
         let flights = flights.collect::<Vec<_>>().join(", ");
         let [width, height] = self.size_px;
-        let waits = if self.settle { "Every frame waits until nothing is missing. " } else { "" };
+        let waits = match self.pace {
+            Pace::Settled => "Every frame waits until nothing is missing. ",
+            Pace::InStep => {
+                "Every frame waits for what earlier frames asked for, and the first until nothing is \
+                 missing. "
+            }
+            Pace::Free => "",
+        };
+        let late = match self.load_delay_frames {
+            0 => String::new(),
+            frames => format!("Tiles come {frames} frames after they were asked for. "),
+        };
         let drawn = match self.only_measured {
             true => ", which alone are drawn: of all others tiles are chosen, loaded and sent",
             false => "",
         };
         let flown = format!(
-            "Each run flies {flights} at {width} × {height} pixels on {}. {waits}The error of one frame \
+            "Each run flies {flights} at {width} × {height} pixels on {}. {waits}{late}The error of one frame \
              in {} is measured, from the first on{drawn}.",
             self.adapter, self.error_every,
         );
@@ -163,7 +182,7 @@ impl Scene {
     }
 
     fn cost_note(&self) -> &'static str {
-        if self.settle {
+        if self.settles() {
             "Bytes are means a frame. Every frame waits for its tiles: its time is mostly that of disk \
              and decoding, and its CPU time sums up all the frames it took to settle."
         } else {
@@ -173,7 +192,7 @@ impl Scene {
 
     /// What has to be known of times and frame rates.
     fn add_rate_notes(&self, report: &mut HtmlReport) {
-        if self.settle {
+        if self.settles() {
             report.paragraph(
                 "Every frame waits until nothing is missing, so that bytes and tiles are the same on \
                  every run: a frame rate would tell of the disk.",

@@ -30,7 +30,7 @@ pub fn add(
          those and what is read back. A KB has 1024 bytes. Means over the frames of a flight, and over \
          the flights.",
     );
-    let time = RunTime::of(runs, scene.settle);
+    let time = RunTime::of(runs, scene.settles());
     for comparison in comparisons {
         report.subheading(title(comparison));
         match comparison.equal {
@@ -79,14 +79,14 @@ fn add_as_given(
     let mut header = header(time);
     header.extend(["frames a second", "FLIP", "screen-space error (px)"].map(str::to_owned));
     let rows = (0..comparison.strategies.len()).map(|strategy| {
-        let name = comparison.strategies[strategy];
-        let typical = runs.iter().filter(|run| run.is_typical && run.strategy == name);
+        let name = &comparison.strategies[strategy];
+        let typical = runs.iter().filter(|run| run.is_typical && run.strategy == *name);
         let typical = typical.collect::<Vec<_>>();
         let mean = |value: &dyn Fn(&RunSummary) -> f64| {
             typical.iter().map(|run| value(run)).sum::<f64>() / typical.len() as f64
         };
         let mut row = row(comparison, strategy);
-        let flown = !scene.settle;
+        let flown = !scene.settles();
         row.push(number(flown.then(|| mean(&RunSummary::frames_a_second)), 1));
         row.push(number(Some(mean(&|run| run.error("flip_mean"))), 4));
         row.push(number(Some(mean(&|run| run.error("screen_error_px_p99"))), 2));
@@ -132,7 +132,7 @@ fn row(comparison: &Comparison, strategy: usize) -> Vec<String> {
 fn add_flights(report: &mut HtmlReport, comparison: &Comparison) {
     let error = comparison.equal.map(ErrorColumn::label);
     let header = ["flight, KB to the GPU a frame"].into_iter().chain(error);
-    let header = header.chain(comparison.strategies.iter().copied()).collect::<Vec<_>>();
+    let header = header.chain(comparison.strategies.iter().map(String::as_str)).collect::<Vec<_>>();
     let rows = comparison.flights.iter().map(|flight| {
         let error = comparison
             .equal

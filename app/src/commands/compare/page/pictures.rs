@@ -62,7 +62,10 @@ fn shown(runs: &[RunResult]) -> Vec<(&RunResult, &WorstFrame)> {
         let all = runs.iter().filter(move |run| run.strategy == strategy).flat_map(frames);
         all.max_by(|a, b| a.1.flip_mean.total_cmp(&b.1.flip_mean))
     };
-    distinct(runs.iter().map(|run| run.strategy)).into_iter().filter_map(worst_of).collect()
+    distinct(runs.iter().map(|run| run.strategy.as_str()))
+        .into_iter()
+        .filter_map(worst_of)
+        .collect()
 }
 
 impl RunResult {

@@ -105,7 +105,7 @@ impl Trade {
         let front = pareto_front(&points).into_iter().map(|index| points[index]).collect();
         let front =
             Series { name: "Pareto front".into(), points: front, style: SeriesStyle::Dashed };
-        let strategies = distinct(runs.iter().map(|run| run.strategy));
+        let strategies = distinct(runs.iter().map(|run| run.strategy.as_str()));
         let group = |run: &RunSummary| match strategies.len() {
             1 => run.run.clone(),
             _ => run.strategy.to_owned(),
