@@ -23,11 +23,11 @@ pub(super) fn merge_least_error(list: &mut TileList, max_tiles: usize) -> usize 
     if list.len() <= max_tiles {
         return 0;
     }
-    let listed_children = |node: &Node| {
+    let has_seen_children = |node: &Node| {
         node.children.into_iter().filter_map(Child::node).any(|child| !list.node(child).is_hidden)
     };
     let nodes = (0u32..).zip(list.nodes());
-    let split = nodes.filter(|(_, node)| !node.is_hidden && listed_children(node));
+    let split = nodes.filter(|(_, node)| !node.is_hidden && has_seen_children(node));
     let mut queue =
         split.map(|(index, node)| (distance_in_texels(node), index)).collect::<Vec<_>>();
     queue.sort_unstable();
