@@ -62,7 +62,7 @@ fn regularize(index: u32) {
     var first_event = 0u;
     let children = arena.nodes[index].children;
     for (var quadrant = 0u; quadrant < 4u; quadrant++) {
-        if is_node(children[quadrant]) && !has_state(children[quadrant], HIDDEN) {
+        if is_seen(children[quadrant]) {
             first_event = max(first_event, arena.nodes[children[quadrant]].rank);
         }
     }
@@ -136,7 +136,7 @@ fn time_redundant(index: u32) -> u32 {
     var found = 0u;
     for (var last = 0u; last < 4u; last++) {
         let child = node.children[last];
-        if !is_node(child) || has_state(child, HIDDEN) { continue; }
+        if !is_seen(child) { continue; }
         let time = arena.nodes[child].first_event;
         if time <= earliest || is_listed_beside(child, time) { continue; }
         var is_covered = true;
@@ -160,7 +160,7 @@ fn find_events(index: u32) {
         var next_rank = 0u;
         for (var quadrant = 0u; quadrant < 4u; quadrant++) {
             let child = children[quadrant];
-            if !is_node(child) || has_state(child, HIDDEN) { continue; }
+            if !is_seen(child) { continue; }
             let rank = arena.nodes[child].rank;
             if rank < due && rank > next_rank {
                 next = child;

@@ -1,6 +1,6 @@
 // Puts the arena's nodes in the order in which merging takes them: by distance, or by distance in their
-// own texels, level, row and column. The twins are `FarthestOrder` and `distance_in_texels` in the library. One workgroup; a bitonic sort: K. E. Batcher, "Sorting
-// Networks and Their Applications", 1968.
+// own texels, level, row and column. The twins are `FarthestOrder` and `distance_in_texels` in the
+// library. One workgroup; a bitonic sort: K. E. Batcher, "Sorting Networks and Their Applications", 1968.
 // needs: common/whole_numbers.wgsl common/selection.wgsl common/tile_arena.wgsl
 
 // Behind all nodes, where their number is no power of two.
