@@ -27,7 +27,7 @@ impl CoordinatePass {
         device: &wgpu::Device,
         bindings: &FrameBindings,
         format: wgpu::TextureFormat,
-        [width, height]: [u32; 2],
+        size_px: [u32; 2],
     ) -> Self {
         let entries = ("coordinate_vertex", "coordinate_fragment");
         let options = SurfaceOptions {
@@ -39,22 +39,11 @@ impl CoordinatePass {
             polygon_mode: wgpu::PolygonMode::Fill,
         };
         let pipeline = surface_pipeline(device, &COORDINATES, entries, &options);
-        let texture = |label, format, usage| {
-            device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage,
-                view_formats: &[],
-            })
-        };
+        let texture = |label, format, usage| target_texture(device, label, size_px, format, usage);
         use wgpu::TextureUsages as Usage;
-        let shown = Usage::RENDER_ATTACHMENT | Usage::COPY_SRC | Usage::TEXTURE_BINDING;
+        let shown = Usage::COPY_SRC | Usage::TEXTURE_BINDING;
         let target = texture("coordinates", format, shown);
-        let depth = texture("coordinate depth", DEPTH_FORMAT, Usage::RENDER_ATTACHMENT);
+        let depth = texture("coordinate depth", DEPTH_FORMAT, Usage::empty());
         Self {
             pipeline,
             target_view: target.create_view(&Default::default()),
@@ -91,30 +80,39 @@ impl CoordinatePass {
     }
 }
 
+/// A new texture of one mip and sample that is drawn into.
+pub(super) fn target_texture(
+    device: &wgpu::Device,
+    label: &str,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: usage | wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    })
+}
+
 /// A new texture of this size in [`CoordinatePass::FULL_FORMAT`] that `draw_ground` has drawn into: where on
 /// the ground each pixel looks, and 1; 0 in the last channel where there is sky.
 pub(super) fn draw_full_coordinates(
     device: &wgpu::Device,
     encoder: &mut wgpu::CommandEncoder,
-    [width, height]: [u32; 2],
+    size_px: [u32; 2],
     draw_ground: impl FnOnce(&mut wgpu::RenderPass<'_>),
 ) -> wgpu::Texture {
     let format = CoordinatePass::FULL_FORMAT;
-    let texture = |label, format, usage| {
-        device.create_texture(&wgpu::TextureDescriptor {
-            label: Some(label),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage,
-            view_formats: &[],
-        })
-    };
+    let texture = |label, format, usage| target_texture(device, label, size_px, format, usage);
     use wgpu::TextureUsages as Usage;
-    let target = texture("coordinates", format, Usage::RENDER_ATTACHMENT | Usage::COPY_SRC);
-    let depth = texture("coordinate depth", DEPTH_FORMAT, Usage::RENDER_ATTACHMENT);
+    let target = texture("coordinates", format, Usage::COPY_SRC);
+    let depth = texture("coordinate depth", DEPTH_FORMAT, Usage::empty());
     let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("coordinates"),
         color_attachments: &[Some(wgpu::RenderPassColorAttachment {

@@ -1,5 +1,5 @@
 use crate::gpu::DEPTH_FORMAT;
-use crate::gpu::coordinate_pass::depth_attachment;
+use crate::gpu::coordinate_pass::{depth_attachment, target_texture};
 
 /// What each pixel of a frame asks for: the paper's texture U1, and the depth it is drawn with. Two words a
 /// pixel, a [`PageRequest`](crate::residency::page_table::PageRequest).
@@ -13,19 +13,8 @@ impl RequestImage {
     pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
     pub const TEXEL_BYTES: u32 = 8;
 
-    pub fn new(device: &wgpu::Device, [width, height]: [u32; 2]) -> Self {
-        let texture = |label, format, usage| {
-            device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: usage | wgpu::TextureUsages::RENDER_ATTACHMENT,
-                view_formats: &[],
-            })
-        };
+    pub fn new(device: &wgpu::Device, size_px: [u32; 2]) -> Self {
+        let texture = |label, format, usage| target_texture(device, label, size_px, format, usage);
         use wgpu::TextureUsages as Usage;
         let read = Usage::TEXTURE_BINDING | Usage::COPY_SRC | Usage::COPY_DST;
         let requests = texture("page requests", Self::FORMAT, read);
