@@ -58,6 +58,7 @@
 //! # }
 //! ```
 
+mod by_name;
 pub mod camera_view;
 pub mod dataset;
 mod frame_setup;

@@ -1,7 +1,6 @@
-use std::fmt;
-use std::str::FromStr;
-
 use serde::{Deserialize, Serialize};
+
+use crate::by_name::by_name;
 
 /// How the list of tiles is made short, steps 3 and 4 of the paper's selection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -35,17 +34,4 @@ impl Shortening {
     }
 }
 
-impl fmt::Display for Shortening {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-impl FromStr for Shortening {
-    type Err = UnknownShortening;
-
-    fn from_str(name: &str) -> Result<Self, Self::Err> {
-        let found = Self::ALL.into_iter().find(|shortening| shortening.name() == name);
-        found.ok_or_else(|| UnknownShortening(name.to_owned()))
-    }
-}
+by_name!(Shortening, UnknownShortening);

@@ -1,12 +1,10 @@
-use std::fmt;
-use std::str::FromStr;
-
 use serde::{Deserialize, Serialize};
 
 use super::cpu_frustum::CpuFrustum;
 use super::rtt_quadtree::RttQuadtree;
 use super::{SeenGround, Selection, SelectionConfig, TileTree};
 use crate::CameraView;
+use crate::by_name::by_name;
 
 /// A way to choose the tiles a view is drawn with.
 ///
@@ -99,17 +97,4 @@ impl Strategy {
     }
 }
 
-impl fmt::Display for Strategy {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-impl FromStr for Strategy {
-    type Err = UnknownStrategy;
-
-    fn from_str(name: &str) -> Result<Self, Self::Err> {
-        let found = Self::ALL.into_iter().find(|strategy| strategy.name() == name);
-        found.ok_or_else(|| UnknownStrategy(name.to_owned()))
-    }
-}
+by_name!(Strategy, UnknownStrategy);

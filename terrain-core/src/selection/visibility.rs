@@ -1,7 +1,6 @@
-use std::fmt;
-use std::str::FromStr;
-
 use serde::{Deserialize, Serialize};
+
+use crate::by_name::by_name;
 
 /// What of the ground counts as visible, for strategies that ask the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -33,17 +32,4 @@ impl Visibility {
     }
 }
 
-impl fmt::Display for Visibility {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-impl FromStr for Visibility {
-    type Err = UnknownVisibility;
-
-    fn from_str(name: &str) -> Result<Self, Self::Err> {
-        let found = Self::ALL.into_iter().find(|visibility| visibility.name() == name);
-        found.ok_or_else(|| UnknownVisibility(name.to_owned()))
-    }
-}
+by_name!(Visibility, UnknownVisibility);

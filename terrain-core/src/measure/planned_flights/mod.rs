@@ -10,11 +10,10 @@ mod standing;
 mod tour;
 mod valley;
 
-use std::fmt;
-use std::str::FromStr;
-
 use glam::{DVec2, DVec3, dvec2};
 use serde::{Deserialize, Serialize};
+
+use crate::by_name::by_name;
 
 pub use self::ground::FlightGround;
 use super::{Flight, FlightError, Keyframe};
@@ -113,20 +112,7 @@ impl PlannedFlight {
     }
 }
 
-impl fmt::Display for PlannedFlight {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-impl FromStr for PlannedFlight {
-    type Err = UnknownFlight;
-
-    fn from_str(name: &str) -> Result<Self, Self::Err> {
-        let found = Self::ALL.into_iter().find(|flight| flight.name() == name);
-        found.ok_or_else(|| UnknownFlight(name.to_owned()))
-    }
-}
+by_name!(PlannedFlight, UnknownFlight);
 
 /// South of a point, as an angle counter-clockwise from east.
 const SOUTH_RAD: f64 = -0.5 * std::f64::consts::PI;

@@ -1,7 +1,6 @@
-use std::fmt;
-use std::str::FromStr;
-
 use serde::{Deserialize, Serialize};
+
+use crate::by_name::by_name;
 
 /// How it is found out which pages of a virtual texture a frame's pixels need.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -37,17 +36,4 @@ impl PageFeedback {
     }
 }
 
-impl fmt::Display for PageFeedback {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-impl FromStr for PageFeedback {
-    type Err = UnknownPageFeedback;
-
-    fn from_str(name: &str) -> Result<Self, Self::Err> {
-        let found = Self::ALL.into_iter().find(|way| way.name() == name);
-        found.ok_or_else(|| UnknownPageFeedback(name.to_owned()))
-    }
-}
+by_name!(PageFeedback, UnknownPageFeedback);
