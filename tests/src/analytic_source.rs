@@ -3,7 +3,8 @@ use std::path::PathBuf;
 use glam::{DVec2, dvec2};
 use terrain_core::dataset::{
     ColourEncoding, ColourFormat, ColourLayer, ColourTile, Crs, HeightEncoding, HeightLayer,
-    HeightRange, HeightRanges, HeightSamples, HeightTile, LoadError, Loaded, Manifest, TileSource,
+    HeightRange, HeightRanges, HeightSamples, HeightTile, LoadError, Loaded, Manifest, Shape,
+    TileSource,
 };
 use terrain_core::tiling::{Extent, LayerLayout, TileId, TileSet, TilingScheme};
 
@@ -48,6 +49,7 @@ impl AnalyticSource {
         let heights = layout(128, height_levels);
         let range = surface.range_over(root_size_m);
         let manifest = Manifest {
+            shape: Shape::Plane,
             version: Manifest::VERSION,
             crs: Crs { epsg: None, name: "analytic".to_owned() },
             scheme,

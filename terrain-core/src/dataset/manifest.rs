@@ -10,6 +10,9 @@ pub struct Manifest {
     pub version: u32,
     /// The projected coordinate reference system of all coordinates.
     pub crs: Crs,
+    /// What the ground lies on.
+    #[serde(default)]
+    pub shape: Shape,
     /// Where the tiles lie.
     pub scheme: TilingScheme,
     /// The ground that holds heights: the sources' extent in the CRS, within the root.
@@ -27,6 +30,19 @@ pub struct Manifest {
 impl Manifest {
     /// The version this program writes and reads.
     pub const VERSION: u32 = 1;
+}
+
+/// What the ground of a dataset lies on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Shape {
+    /// The plane of the CRS.
+    #[default]
+    Plane,
+    /// The ellipsoid of WGS 84, all of it. The CRS is [`PlateCarree`](crate::geodesy::PlateCarree), and the root a
+    /// square of the equator's length a side, whose upper half is the data: what leaves a level's tiles in the
+    /// east comes back in the west.
+    Globe,
 }
 
 /// A projected coordinate reference system in metres.

@@ -21,7 +21,7 @@ pub use dataset_folder::{COLOURS_FILE, Dataset, HEIGHTS_FILE, MANIFEST_FILE, Ope
 pub use delayed_source::DelayedSource;
 pub use inspection::{Inspection, LevelInspection};
 pub use manifest::{
-    ColourEncoding, ColourLayer, Crs, HeightEncoding, HeightLayer, HeightRanges, Manifest,
+    ColourEncoding, ColourLayer, Crs, HeightEncoding, HeightLayer, HeightRanges, Manifest, Shape,
 };
 pub use tile_payload::{ColourFormat, ColourTile, HeightRange, HeightSamples, HeightTile};
 pub use tile_source::{LoadError, Loaded, TileSource};

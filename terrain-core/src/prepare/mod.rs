@@ -43,7 +43,7 @@ use self::output_folder::OutputFolder;
 use self::placement::name_of;
 use self::plan::Plan;
 use self::run::Run;
-use crate::dataset::{COLOURS_FILE, Crs, HEIGHTS_FILE, MANIFEST_FILE, Manifest};
+use crate::dataset::{COLOURS_FILE, Crs, HEIGHTS_FILE, MANIFEST_FILE, Manifest, Shape};
 pub use crate::progress::{NoProgress, Progress};
 
 /// Makes a dataset of rasters.
@@ -74,6 +74,7 @@ pub fn prepare(
     notes.extend(summary::void_notes(&heights.voids, request));
     let sources = request.heights.iter().chain(&request.colours);
     let manifest = Manifest {
+        shape: Shape::Plane,
         version: Manifest::VERSION,
         crs: Crs { epsg: Some(plan.crs.epsg()), name: plan.crs.name() },
         scheme: plan.scheme,

@@ -4,7 +4,7 @@ use glam::{DVec2, dvec2};
 
 use crate::dataset::{
     ColourTile, Crs, HeightEncoding, HeightLayer, HeightRange, HeightRanges, HeightSamples,
-    HeightTile, LoadError, Loaded, Manifest, TileSource,
+    HeightTile, LoadError, Loaded, Manifest, Shape, TileSource,
 };
 use crate::tiling::{Extent, LayerLayout, TileId, TileSet, TilingScheme};
 
@@ -41,6 +41,7 @@ impl RasterSource {
         let root_size_m = f64::from(TILE << (level_count - 1)) * texel_m;
         let corner = origin - dvec2(0.0, size_m.y);
         let manifest = Manifest {
+            shape: Shape::Plane,
             version: Manifest::VERSION,
             crs: Crs { epsg: None, name: "raster".to_owned() },
             scheme: TilingScheme { origin, root_size_m },
