@@ -28,6 +28,7 @@ mod limit_surface_pass;
 mod manage_tiles_pass;
 mod mark_seen_tiles_pass;
 mod mesh_buffers;
+mod objects;
 mod offscreen_target;
 mod offset_table_buffer;
 mod page_table;
@@ -72,6 +73,10 @@ pub(crate) use frame_group::FrameGroup;
 pub use frame_uniforms::{FrameUniforms, TableRange};
 pub use limit_surface_pass::{LimitGpuColour, LimitGpuPicture, LimitSurfacePass};
 pub(crate) use manage_tiles_pass::LayerDeliveries;
+pub(crate) use objects::{
+    ModelRun, ObjectBindings, ObjectBuffers, ObjectMaterial, ObjectPass, ObjectPassSettings,
+    ObjectRequestPass,
+};
 pub(crate) use offscreen_target::read_texture;
 pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
 pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};

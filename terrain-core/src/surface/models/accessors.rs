@@ -20,14 +20,16 @@ impl Buffers {
             None => return Err("a buffer is missing".to_owned()),
         };
         let end = view.offset().checked_add(view.length());
-        end.and_then(|end| bytes.get(view.offset()..end)).ok_or_else(|| {
-            format!("a view of {} bytes reaches beyond its buffer", view.length())
-        })
+        end.and_then(|end| bytes.get(view.offset()..end))
+            .ok_or_else(|| format!("a view of {} bytes reaches beyond its buffer", view.length()))
     }
 
     /// Vectors of `N` floats; whole numbers are turned into floats, by the range of their type where the file
     /// says so.
-    pub fn vectors<const N: usize>(&self, accessor: &Accessor<'_>) -> Result<Vec<[f32; N]>, String> {
+    pub fn vectors<const N: usize>(
+        &self,
+        accessor: &Accessor<'_>,
+    ) -> Result<Vec<[f32; N]>, String> {
         let kind = accessor.data_type();
         if accessor.dimensions().multiplicity() != N {
             return Err(format!("{:?} where vectors of {N} are due", accessor.dimensions()));
@@ -58,7 +60,8 @@ impl Buffers {
         let mut values = match accessor.view() {
             Some(view) => {
                 let stride = view.stride().unwrap_or(element_bytes).max(1);
-                let bytes = self.strided(&view, accessor.offset(), (stride, element_bytes), count)?;
+                let bytes =
+                    self.strided(&view, accessor.offset(), (stride, element_bytes), count)?;
                 bytes.map(&decode).collect()
             }
             None if count <= MOST_WITHOUT_BYTES => vec![T::ZERO; count],

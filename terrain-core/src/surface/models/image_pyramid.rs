@@ -56,7 +56,9 @@ fn halved(image: &ModelImage) -> ModelImage {
         for (column, out) in out.as_chunks_mut::<4>().0.iter_mut().enumerate() {
             let [x, y] = [2 * column as u32, 2 * row as u32];
             let [right, below] = [(x + 1).min(width - 1), (y + 1).min(height - 1)];
-            *out = mean([(x, y), (right, y), (x, below), (right, below)].map(|(x, y)| texel(image, x, y)));
+            *out = mean(
+                [(x, y), (right, y), (x, below), (right, below)].map(|(x, y)| texel(image, x, y)),
+            );
         }
     });
     ModelImage { size_texels, rgba }
@@ -104,6 +106,9 @@ mod tests {
         assert_eq!(at(-1, 4, WrapMode::Clamp), 10);
         assert_eq!(at(-1, 4, WrapMode::Mirror), 5);
         assert_eq!(at(6, 0, WrapMode::Mirror), 3);
-        assert_eq!(pyramid.texel(9, [7, -7], [WrapMode::Mirror; 2]), pyramid.texel(3, [0, 0], [WrapMode::Clamp; 2]));
+        assert_eq!(
+            pyramid.texel(9, [7, -7], [WrapMode::Mirror; 2]),
+            pyramid.texel(3, [0, 0], [WrapMode::Clamp; 2])
+        );
     }
 }

@@ -42,11 +42,6 @@ impl Model {
     pub fn triangle_count(&self) -> usize {
         self.indices.len() / 3
     }
-
-    /// Radius in metres of a sphere round the origin that holds all vertices.
-    pub fn radius_m(&self) -> f32 {
-        self.bounds_m[0].abs().max(self.bounds_m[1].abs()).length()
-    }
 }
 
 /// How a surface of a model looks.

@@ -142,7 +142,8 @@ fn attributes(
     coordinates: Option<&Coordinates>,
 ) -> Result<Attributes, String> {
     let positions = primitive.get(&Semantic::Positions).ok_or("a primitive has no positions")?;
-    let positions = buffers.vectors::<3>(&positions).map_err(|reason| format!("positions: {reason}"))?;
+    let positions =
+        buffers.vectors::<3>(&positions).map_err(|reason| format!("positions: {reason}"))?;
     let count = positions.len();
     let matching = |found: usize, what: &str| match found == count {
         true => Ok(()),

@@ -124,9 +124,9 @@ fn percent_decoded(text: &str) -> Option<String> {
 
 /// The bytes in a data URI (RFC 2397) behind its scheme.
 fn bytes_of_data_uri(data: &str) -> Result<Vec<u8>, String> {
-    let bytes = data.split_once(',').and_then(|(kind, text)| {
-        kind.ends_with(";base64").then(|| base64_decoded(text)).flatten()
-    });
+    let bytes = data
+        .split_once(',')
+        .and_then(|(kind, text)| kind.ends_with(";base64").then(|| base64_decoded(text)).flatten());
     bytes.ok_or_else(|| "a data URI holds no base64".to_owned())
 }
 

@@ -104,12 +104,12 @@ impl TexturePack {
     /// Draws what of an image's block lies on a page, its gutter included.
     fn draw(&self, image: &PackedImage, page: PageId, (data, stored): (&mut [u8], u32)) {
         let level = page.level;
-        let corner = [page.column, page.row].map(|index| {
-            i64::from(index * Self::TILE_TEXELS) - i64::from(Self::GUTTER_TEXELS)
-        });
+        let corner = [page.column, page.row]
+            .map(|index| i64::from(index * Self::TILE_TEXELS) - i64::from(Self::GUTTER_TEXELS));
         let range = |axis: usize| {
             let first = i64::from(image.block_first[axis] >> level) - corner[axis];
-            let end = i64::from((image.block_first[axis] + image.block_size).div_ceil(1 << level)) - corner[axis];
+            let end = i64::from((image.block_first[axis] + image.block_size).div_ceil(1 << level))
+                - corner[axis];
             first.clamp(0, i64::from(stored))..end.clamp(0, i64::from(stored))
         };
         // Where the block's quarters are no whole texels any more only the mean is ever shown.
@@ -213,9 +213,8 @@ fn z_order(place: u64) -> Option<[u32; 2]> {
 fn layout_of(size_texels: [u32; 2]) -> Option<PageLayout> {
     let sizes = (TexturePack::TILE_TEXELS, TexturePack::GUTTER_TEXELS);
     let of = |levels| PageLayout::of_texture(size_texels, sizes, levels);
-    let is_few = |layout: &PageLayout| {
-        layout.resident_pages().count() as u32 <= TexturePack::MOST_RESIDENT
-    };
+    let is_few =
+        |layout: &PageLayout| layout.resident_pages().count() as u32 <= TexturePack::MOST_RESIDENT;
     (2..=3).rev().filter_map(of).find(is_few).or_else(|| of(1))
 }
 

@@ -102,7 +102,9 @@ fn pages_hold_the_images_and_how_they_go_on() {
 /// A coarser page is the mean of the finer ones, inside the image and beyond its border.
 #[test]
 fn coarser_pages_are_means_of_finer_ones() {
-    let grey = |index: u32| if (index / 2).is_multiple_of(2) { [40, 40, 40, 255] } else { [200, 200, 200, 255] };
+    let grey = |index: u32| {
+        if (index / 2).is_multiple_of(2) { [40, 40, 40, 255] } else { [200, 200, 200, 255] }
+    };
     let rgba = (0..256 * 256_u32).flat_map(grey).collect();
     let shown = ModelImage { size_texels: [256, 256], rgba };
     let (pack, _) = TexturePack::new(&[model(vec![shown], WrapMode::Repeat)]).unwrap();
@@ -110,8 +112,12 @@ fn coarser_pages_are_means_of_finer_ones() {
     // Level 1 pairs texels alike, level 2 mixes the two greys in equal parts of light.
     for (level, greys) in [(1, vec![40, 200]), (2, vec![148]), (layout.coarsest_level, vec![148])] {
         let page = pack.page(layout.tile_of(PageId { level, row: 0, column: 0 }));
-        let inside = |index: &usize| index / 136 >= 8 && index / 136 < 100 && index % 136 >= 8 && index % 136 < 100;
-        for (_, texel) in page.data.as_chunks::<4>().0.iter().enumerate().filter(|(index, _)| inside(index)) {
+        let inside = |index: &usize| {
+            index / 136 >= 8 && index / 136 < 100 && index % 136 >= 8 && index % 136 < 100
+        };
+        for (_, texel) in
+            page.data.as_chunks::<4>().0.iter().enumerate().filter(|(index, _)| inside(index))
+        {
             assert!(greys.contains(&texel[0]), "level {level}: {texel:?}");
         }
     }
