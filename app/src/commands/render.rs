@@ -16,6 +16,7 @@ use crate::drawing_args::{DrawingArgs, Size};
 use crate::ground::Ground;
 use crate::headless::{Headless, Pace};
 use crate::progress::{FrameProgress, PhaseProgress};
+use crate::scene_args::SceneArgs;
 use crate::{flights, npy, output, pictures};
 
 /// What to draw.
@@ -29,7 +30,9 @@ Examples:
       --size 1280x720 --out view.png
   terrain render alps --camera x=463500,y=6820000,agl=800,heading=215,pitch=-12 \\
       --reference --out exact.png --coordinates exact.npy
-  terrain render alps --flight valley --at 7.5 --out valley.png")]
+  terrain render alps --flight valley --at 7.5 --out valley.png
+  terrain render alps --models village.json --camera x=463500,y=6820000,agl=80,pitch=-10 \\
+      --out village.png")]
 pub struct RenderArgs {
     /// The dataset: a folder made by terrain prepare
     dataset: PathBuf,
@@ -84,6 +87,9 @@ pub struct RenderArgs {
     json: bool,
 
     #[command(flatten)]
+    scene: SceneArgs,
+
+    #[command(flatten)]
     drawing: DrawingArgs,
 }
 
@@ -128,7 +134,9 @@ fn draw(
     adapter: &AdapterChoice,
     settings: RendererSettings,
 ) -> anyhow::Result<Drawn> {
+    let models = args.scene.models(&*source)?;
     let mut headless = Headless::open(source, adapter, settings, args.size.0)?;
+    headless.set_models(models)?;
     let record = draw_frames(args, &mut headless, view)?;
     let rgba = headless.picture()?;
     let ground = match args.coordinates {

@@ -110,7 +110,7 @@ fn coarser_pages_are_means_of_finer_ones() {
     let (pack, _) = TexturePack::new(&[model(vec![shown], WrapMode::Repeat)]).unwrap();
     let layout = pack.layout();
     // Level 1 pairs texels alike, level 2 mixes the two greys in equal parts of light.
-    for (level, greys) in [(1, vec![40, 200]), (2, vec![148]), (layout.coarsest_level, vec![148])] {
+    for (level, greys) in [(1, vec![40, 200]), (2, vec![149]), (layout.coarsest_level, vec![149])] {
         let page = pack.page(layout.tile_of(PageId { level, row: 0, column: 0 }));
         let inside = |index: &usize| {
             index / 136 >= 8 && index / 136 < 100 && index % 136 >= 8 && index % 136 < 100
@@ -121,5 +121,5 @@ fn coarser_pages_are_means_of_finer_ones() {
             assert!(greys.contains(&texel[0]), "level {level}: {texel:?}");
         }
     }
-    assert!((pack.images()[0].mean[0] - 0.298).abs() < 0.005, "{:?}", pack.images()[0].mean);
+    assert!((pack.images()[0].mean[0] - 0.2994).abs() < 0.003, "{:?}", pack.images()[0].mean);
 }
