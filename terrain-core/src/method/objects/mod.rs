@@ -24,7 +24,7 @@ use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::RendererSettings;
 use crate::residency::Loading;
 use crate::selection::TileTree;
-use crate::surface::models::{ModelScene, TexturePack};
+use crate::surface::models::{Model, ModelScene, TexturePack};
 use crate::terrain_renderer::RenderError;
 use crate::tiling::TileSet;
 
@@ -62,14 +62,16 @@ impl Objects {
     /// # Errors
     /// [`RenderError::Models`] where their textures are too large together.
     pub fn open(cx: &mut FrameContext<'_>, scene: &Arc<ModelScene>) -> Result<Self, RenderError> {
-        let (pack, places) = TexturePack::new(&scene.models).map_err(RenderError::Models)?;
-        let shown = scene.models.iter().zip(&places).flat_map(|(model, places)| {
-            model.materials.iter().zip(places).map(|(material, place)| {
-                let image = place.and_then(|place| pack.images().get(place));
+        let pack = TexturePack::new(&scene.models).map_err(RenderError::Models)?;
+        let of_model = |(number, model): (usize, &Model)| {
+            let materials = model.materials.iter().enumerate();
+            let seen = materials.map(|(index, material)| {
+                let image = pack.image_on(number, index);
                 ObjectMaterial::new(material.colour, material.alpha_cutoff, image)
-            })
-        });
-        let materials = shown.collect::<Vec<_>>();
+            });
+            seen.collect::<Vec<_>>()
+        };
+        let materials = scene.models.iter().enumerate().flat_map(of_model).collect::<Vec<_>>();
         let device = &cx.gpu.device;
         let buffers = ObjectBuffers::new(device, &scene.models, &materials, scene.instances.len());
         cx.ledger.add(ByteCause::Mesh, buffers.sent_bytes());

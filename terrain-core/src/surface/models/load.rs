@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use glam::{DMat4, Vec3};
-use gltf::{Gltf, Node};
+use gltf::mesh::Semantic;
+use gltf::{Document, Gltf, Node};
 
 use super::accessors::Buffers;
 use super::error::ModelError;
@@ -48,7 +49,11 @@ impl Model {
 
 fn read(bytes: &[u8], path: &Path) -> Result<Model, String> {
     check_length(bytes)?;
-    let Gltf { document, blob } = Gltf::from_slice(bytes).map_err(|error| error.to_string())?;
+    let failed = |error: gltf::Error| error.to_string();
+    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(failed)?;
+    let json = document.into_json();
+    check_positions(&json)?;
+    let document = Document::from_json(json).map_err(failed)?;
     let buffers = resources::buffers(&document, blob, path);
     let decode = |index| resources::image(&document, index, &buffers, path);
     let mut reader = Reader {
@@ -76,6 +81,20 @@ fn check_length(bytes: &[u8]) -> Result<(), String> {
     match stated.map(u32::from_le_bytes) {
         Some(stated) if stated >= 12 && stated as usize <= bytes.len() => Ok(()),
         _ => Err(format!("the file is cut short at {} bytes", bytes.len())),
+    }
+}
+
+/// Validation looks the accessors of positions up before it has checked that they are there.
+fn check_positions(json: &gltf::json::Root) -> Result<(), String> {
+    let positions = gltf::json::validation::Checked::Valid(Semantic::Positions);
+    let mut primitives = json.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let is_there = |primitive: &gltf::json::mesh::Primitive| {
+        let accessor = primitive.attributes.get(&positions);
+        accessor.is_none_or(|accessor| accessor.value() < json.accessors.len())
+    };
+    match primitives.all(is_there) {
+        true => Ok(()),
+        false => Err("the accessor of a mesh's positions is missing".to_owned()),
     }
 }
 

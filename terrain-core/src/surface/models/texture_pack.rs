@@ -20,6 +20,8 @@ use crate::tiling::TileId;
 pub struct TexturePack {
     layout: PageLayout,
     images: Vec<PackedImage>,
+    /// Which of the images each material of each model shows.
+    shown: Vec<Vec<Option<usize>>>,
     pyramids: Vec<ImagePyramid>,
 }
 
@@ -54,23 +56,29 @@ impl TexturePack {
     /// Blocks are no smaller, so that even an image of one texel has a level at which it shows by itself.
     const LEAST_BLOCK: u32 = 16;
 
-    /// Packs the images of the models; returns which of [`Self::images`] each material of each model shows.
+    /// Packs the images of the models.
     ///
     /// # Errors
     /// In words, where all images together are more than a virtual texture can be.
-    pub fn new(models: &[Model]) -> Result<(Self, Vec<Vec<Option<usize>>>), String> {
+    pub fn new(models: &[Model]) -> Result<Self, String> {
         let mut distinct = Distinct::default();
-        let of_model = |model: &Model| -> Vec<Option<usize>> {
+        let mut of_model = |model: &Model| -> Vec<Option<usize>> {
             let shown = model.materials.iter().map(|material| {
                 let texture = material.texture.as_ref()?;
                 Some(distinct.place(model.images.get(texture.image)?, texture.wrap))
             });
             shown.collect()
         };
-        let places = models.iter().map(of_model).collect();
+        let shown = models.iter().map(&mut of_model).collect();
         let Distinct { images, pyramids, .. } = distinct;
         let (layout, images) = packed(&pyramids, &images)?;
-        Ok((Self { layout, images, pyramids }, places))
+        Ok(Self { layout, images, shown, pyramids })
+    }
+
+    /// The image on a material of a model, both by their numbers; `None` where there is none.
+    pub fn image_on(&self, model: usize, material: usize) -> Option<&PackedImage> {
+        let place = self.shown.get(model)?.get(material).copied()??;
+        self.images.get(place)
     }
 
     /// How the texture is cut into pages.
@@ -113,7 +121,7 @@ impl TexturePack {
             first.clamp(0, i64::from(stored))..end.clamp(0, i64::from(stored))
         };
         // Where the block's quarters are no whole texels any more only the mean is ever shown.
-        let is_whole = image.block_size / 4 >> level > 0;
+        let is_whole = (image.block_size / 4) >> level > 0;
         let pyramid_level = if is_whole { usize::from(level) } else { usize::MAX };
         let first = image.first_texel.map(|texel| i64::from(texel >> level));
         let pyramid = &self.pyramids[image.pyramid];

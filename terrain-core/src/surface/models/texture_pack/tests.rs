@@ -30,11 +30,11 @@ proptest! {
         sizes in prop::collection::vec((1_u32..300, 1_u32..300), 0..40),
     ) {
         let images = sizes.iter().zip(0..).map(|(&(w, h), first)| image([w, h], first)).collect();
-        let (pack, places) = TexturePack::new(&[model(images, WrapMode::Repeat)]).unwrap();
+        let pack = TexturePack::new(&[model(images, WrapMode::Repeat)]).unwrap();
         prop_assert_eq!(pack.images().len(), sizes.len());
         let end = pack.layout().data_end;
         for (index, packed) in pack.images().iter().enumerate() {
-            prop_assert_eq!(places[0][index], Some(index));
+            prop_assert_eq!(pack.image_on(0, index), Some(packed));
             prop_assert_eq!(packed.size_texels, [sizes[index].0, sizes[index].1]);
             prop_assert!(packed.block_size.is_power_of_two());
             for (axis, end) in end.to_array().into_iter().enumerate() {
@@ -65,9 +65,9 @@ fn like_images_are_there_once_unless_they_are_wrapped_otherwise() {
         model(images(), WrapMode::Repeat),
         model(images(), WrapMode::Clamp),
     ];
-    let (pack, places) = TexturePack::new(&models).unwrap();
-    assert_eq!(places[0], places[1]);
-    assert_eq!(places[2], [Some(2), Some(3)]);
+    let pack = TexturePack::new(&models).unwrap();
+    assert_eq!(pack.shown, [[Some(0), Some(1)], [Some(0), Some(1)], [Some(2), Some(3)]]);
+    assert_eq!((pack.image_on(3, 0), pack.image_on(0, 2)), (None, None));
     assert_eq!((pack.images().len(), pack.pyramids.len()), (4, 2));
 }
 
@@ -76,7 +76,7 @@ fn like_images_are_there_once_unless_they_are_wrapped_otherwise() {
 fn pages_hold_the_images_and_how_they_go_on() {
     for wrap in [WrapMode::Repeat, WrapMode::Mirror, WrapMode::Clamp] {
         let shown = image([200, 90], 7);
-        let (pack, _) = TexturePack::new(&[model(vec![shown.clone()], wrap)]).unwrap();
+        let pack = TexturePack::new(&[model(vec![shown.clone()], wrap)]).unwrap();
         let packed = pack.images()[0];
         let layout = pack.layout();
         assert_eq!((packed.block_size, layout.columns, layout.rows), (512, 4, 4));
@@ -107,7 +107,7 @@ fn coarser_pages_are_means_of_finer_ones() {
     };
     let rgba = (0..256 * 256_u32).flat_map(grey).collect();
     let shown = ModelImage { size_texels: [256, 256], rgba };
-    let (pack, _) = TexturePack::new(&[model(vec![shown], WrapMode::Repeat)]).unwrap();
+    let pack = TexturePack::new(&[model(vec![shown], WrapMode::Repeat)]).unwrap();
     let layout = pack.layout();
     // Level 1 pairs texels alike, level 2 mixes the two greys in equal parts of light.
     for (level, greys) in [(1, vec![40, 200]), (2, vec![149]), (layout.coarsest_level, vec![149])] {
