@@ -134,9 +134,9 @@ fn draw(
     adapter: &AdapterChoice,
     settings: RendererSettings,
 ) -> anyhow::Result<Drawn> {
-    let models = args.scene.models(&*source)?;
+    let objects = args.scene.open(&*source)?;
     let mut headless = Headless::open(source, adapter, settings, args.size.0)?;
-    headless.set_models(models)?;
+    headless.add(&objects)?;
     let record = draw_frames(args, &mut headless, view)?;
     let rgba = headless.picture()?;
     let ground = match args.coordinates {

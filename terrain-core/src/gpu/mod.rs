@@ -82,7 +82,8 @@ pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
 pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};
 pub(crate) use page_table::{
     PageAtlas, PageBindings, PageFeedbackRing, PageGround, PageGroundBindings, PageGroundGroup,
-    PageGroundPass, PageGroundPassSettings, PageRequestPass, PageTableUniforms,
+    PageGroundPass, PageGroundPassSettings, PageRequestPass, PageTableUniforms, TinBindings,
+    TinBuffers, TinPass, TinPassSettings, TinRequestPass,
 };
 pub(crate) use picture::{Picture, PictureTarget, TargetKind};
 pub use precision_depth_probe::probe_depth;

@@ -10,6 +10,7 @@ mod page_bindings;
 mod page_ground;
 mod request_image;
 mod sample_pass;
+mod tin_pass;
 
 pub(crate) use feedback::PageFeedbackRing;
 pub(crate) use ground_pass::{
@@ -19,8 +20,11 @@ pub(crate) use page_atlas::PageAtlas;
 pub(crate) use page_bindings::{PageBindings, PageTableUniforms};
 pub(crate) use page_ground::{PageGround, PageGroundGroup};
 pub(super) use request_image::RequestImage;
+pub(crate) use tin_pass::{TinBindings, TinBuffers, TinPass, TinPassSettings, TinRequestPass};
 
 #[cfg(test)]
 pub(super) use gather_pass::GatherPagesPass;
 #[cfg(test)]
 pub(super) use sample_pass::SamplePagesPass;
+#[cfg(test)]
+pub(super) use tin_pass::TinPlace;
