@@ -24,6 +24,7 @@ use crate::gpu::{
 use crate::measure::{FrameLedger, FrameRecord};
 use crate::method::{FrameContext, MethodKey, SceneState, TerrainMethod, open_method};
 use crate::renderer_settings::RendererSettings;
+use crate::residency::page_table::PagesAsked;
 use crate::selection::{Selection, TileTree};
 use crate::tiling::TileId;
 
@@ -110,6 +111,12 @@ impl TerrainRenderer {
     /// The tiles the last frame was drawn with.
     pub fn selection(&self) -> &Selection {
         self.method.selection()
+    }
+
+    /// The pages of the imagery's virtual texture that what came back last asked for, and how fine it wanted
+    /// them; `None` with strategies that have no such texture.
+    pub fn pages_asked(&self) -> Option<PagesAsked> {
+        self.method.pages_asked()
     }
 
     /// Takes what went wrong with single tiles since the last call, in words. A coarser tile shows

@@ -45,6 +45,7 @@ mod sky_pass;
 mod sort_triangles_pass;
 mod terrain_cache;
 mod terrain_pass;
+mod texture_map;
 mod tile_management;
 mod tile_presence;
 mod tile_report;
@@ -77,7 +78,7 @@ pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
 pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};
 pub(crate) use page_table::{
     PageAtlas, PageBindings, PageFeedbackRing, PageGround, PageGroundBindings, PageGroundGroup,
-    PageGroundPass, PageGroundPassSettings, PageRequestPass, PageTableUniforms,
+    PageGroundPass, PageGroundPassSettings, PageMarks, PageRequestPass, PageTableUniforms,
 };
 pub(crate) use picture::{Picture, PictureTarget, TargetKind};
 pub use precision_depth_probe::probe_depth;
@@ -86,8 +87,14 @@ pub use precision_probe::{
     probe_native, probe_span,
 };
 pub(crate) use scene_meshes::{MeshScene, SceneMeshes};
+pub(crate) use shader_library::MAP_GROUND;
 pub(crate) use terrain_cache::TerrainCache;
 pub(crate) use terrain_pass::{TerrainPass, TerrainPassSettings};
+#[cfg(test)]
+pub(crate) use texture_map::MipRange;
+pub(crate) use texture_map::{
+    DepthPyramid, GroundDepthPass, GroundTriangles, MapBindings, TextureMapPass, TextureMapUniforms,
+};
 pub(crate) use tile_management::TileManagement;
 pub(crate) use tile_report::TileReport;
 pub(crate) use tile_report_ring::TileReportRing;

@@ -29,6 +29,7 @@ use crate::dataset::TileSource;
 use crate::gpu::{DebugImage, FrameGroup, GpuContext, TargetKind};
 use crate::measure::{FrameLedger, FrameRecord};
 use crate::renderer_settings::RendererSettings;
+use crate::residency::page_table::PagesAsked;
 use crate::selection::{Selection, Strategy, TileTree};
 use crate::terrain_renderer::RenderError;
 
@@ -155,6 +156,11 @@ pub(crate) trait TerrainMethod {
     /// The tiles chosen last.
     fn selection(&self) -> &Selection;
 
+    /// What the latest image of a virtual texture asked for; `None` where there is no such texture.
+    fn pages_asked(&self) -> Option<PagesAsked> {
+        None
+    }
+
     /// Height of the ground in metres above the datum, without exaggeration, as well as it is known in
     /// memory. `None` outside the data.
     fn ground_height_m(&self, point: DVec2) -> Option<f64>;
@@ -188,7 +194,7 @@ impl MethodKey {
             Strategy::RttQuadtreeGpu => MethodKind::GpuTileScheduling,
             Strategy::CpuMesh => MethodKind::CpuMesh,
             Strategy::Clipmap => MethodKind::Clipmap,
-            Strategy::PageTable => MethodKind::PageTable,
+            Strategy::PageTable | Strategy::TextureMap => MethodKind::PageTable,
         };
         let made_for = match kind {
             MethodKind::TileScheduling => TileScheduling::made_for(settings),

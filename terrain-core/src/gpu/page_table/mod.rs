@@ -8,6 +8,7 @@ mod ground_pass;
 mod page_atlas;
 mod page_bindings;
 mod page_ground;
+mod page_marks;
 mod request_image;
 mod sample_pass;
 
@@ -21,6 +22,7 @@ pub(crate) use page_ground::{PageGround, PageGroundGroup};
 
 #[cfg(test)]
 pub(super) use gather_pass::GatherPagesPass;
+pub(crate) use page_marks::PageMarks;
 #[cfg(test)]
 pub(super) use request_image::RequestImage;
 #[cfg(test)]
