@@ -86,6 +86,31 @@ pub static VIEW_MESH_COORDINATES: Shader =
     shader!("view_mesh_coordinates", "frame", "view_mesh_vertex");
 /// Changes of such a mesh, carried out.
 pub static VIEW_MESH_UPDATE: Shader = shader!("view_mesh_update");
+/// The picture of the globe.
+pub static GLOBE: Shader = shader!(
+    "globe",
+    "frame",
+    "globe",
+    "page_table",
+    "page_colour",
+    "globe_place",
+    "globe_air",
+    "atmosphere",
+    "ground_light"
+);
+/// What pages of its virtual texture each pixel of the globe asks for.
+pub static GLOBE_REQUESTS: Shader = shader!(
+    "globe_requests",
+    "frame",
+    "globe",
+    "page_table",
+    "page_request",
+    "globe_place"
+);
+/// Coordinates of the globe under each pixel.
+pub static GLOBE_COORDINATES: Shader = shader!("globe_coordinates", "frame", "globe");
+/// The sky round the globe.
+pub static GLOBE_SKY: Shader = shader!("globe_sky", "frame", "globe", "globe_air");
 /// The sky behind it.
 pub static SKY: Shader = shader!("sky", "frame", "atmosphere");
 /// Coordinates of the ground under each pixel.
@@ -173,7 +198,7 @@ pub static PRECISION_NATIVE_F64: Shader = shader!("precision_native", "real_f64"
 pub static PRECISION_NATIVE_F16: Shader = shader!("precision_native", "real_f16");
 
 /// Every shader of the library that needs no optional feature, for tests that look at all of them.
-pub static ALL: [&Shader; 35] = [
+pub static ALL: [&Shader; 39] = [
     &DISPLACE,
     &SORT_TRIANGLES,
     &TERRAIN,
@@ -185,6 +210,10 @@ pub static ALL: [&Shader; 35] = [
     &VIEW_MESH,
     &VIEW_MESH_COORDINATES,
     &VIEW_MESH_UPDATE,
+    &GLOBE,
+    &GLOBE_REQUESTS,
+    &GLOBE_COORDINATES,
+    &GLOBE_SKY,
     &SKY,
     &COORDINATES,
     &DERIVE_HEIGHTS,

@@ -1,5 +1,6 @@
 use std::collections::HashMap;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::{DVec2, dvec2};
 
@@ -15,7 +16,7 @@ pub struct GlobeGround {
     exaggeration: f64,
     /// Lowest and highest ground anywhere, without exaggeration.
     range_m: [f64; 2],
-    shown: HashMap<TileId, HeightTile>,
+    shown: HashMap<TileId, Arc<HeightTile>>,
 }
 
 impl GlobeGround {
@@ -52,7 +53,7 @@ impl GlobeGround {
     }
 
     /// Shows a tile.
-    pub fn show(&mut self, tile: HeightTile) {
+    pub fn show(&mut self, tile: Arc<HeightTile>) {
         self.shown.insert(tile.id, tile);
     }
 

@@ -12,6 +12,7 @@
 //! Surfaces" (1987); splitting the largest error first within a budget, M. Duchaineau et al., "ROAMing Terrain"
 //! (1997).
 
+mod air;
 mod cover;
 mod ground;
 mod patch;
@@ -23,6 +24,7 @@ mod tests;
 mod triangles;
 mod vertex;
 
+pub use air::GlobeAir;
 pub use cover::{CoverSettings, CoveredPatch, GlobeCover, cover};
 pub use ground::GlobeGround;
 pub use patch::{CELLS_A_SIDE, GlobePatch, VERTICES_A_PATCH};

@@ -20,6 +20,8 @@ struct Made {
     serial: u64,
     /// The turn it was last looked at.
     turn: u64,
+    /// Whether its ground has changed.
+    is_stale: bool,
 }
 
 impl PatchStore {
@@ -37,31 +39,37 @@ impl PatchStore {
         self.turn += 1;
     }
 
-    /// Whether the patch is made.
+    /// Whether the patch was made; it may have to be made anew for its ground.
     pub fn has(&self, id: PatchId) -> bool {
         self.made.contains_key(&id)
     }
 
-    /// The patch, made where it is not, and a number that no other patch made has.
+    /// The patch, made where it is not or its ground has changed, and a number that no other patch made has.
     pub fn get(&mut self, id: PatchId, ground: &GlobeGround) -> (&GlobePatch, u64) {
-        let (serial, turn) = (&mut self.serial, self.turn);
-        let made = self.made.entry(id).or_insert_with(|| {
-            *serial += 1;
-            Made { patch: GlobePatch::new(id, ground), serial: *serial, turn }
-        });
+        let (count, turn) = (&mut self.serial, self.turn);
+        let mut make = || {
+            *count += 1;
+            Made { patch: GlobePatch::new(id, ground), serial: *count, turn, is_stale: false }
+        };
+        let made = self.made.entry(id).or_insert_with(&mut make);
+        if made.is_stale {
+            *made = make();
+        }
         made.turn = turn;
         (&made.patch, made.serial)
     }
 
-    /// Forgets all patches with heights from any of these extents.
-    pub fn forget_over(&mut self, extents: &[Extent]) {
-        let is_touched =
-            |made: &Made| extents.iter().any(|extent| extent.touches(&made.patch.extent));
-        self.made.retain(|_, made| !is_touched(made));
+    /// Has all patches made anew whose heights come from any of these extents.
+    pub fn ground_changed(&mut self, extents: &[Extent]) {
+        for made in self.made.values_mut() {
+            made.is_stale |= extents.iter().any(|extent| extent.touches(&made.patch.extent));
+        }
     }
 
-    /// Forgets all patches.
-    pub fn clear(&mut self) {
-        self.made.clear();
+    /// Has all patches made anew.
+    pub fn all_changed(&mut self) {
+        for made in self.made.values_mut() {
+            made.is_stale = true;
+        }
     }
 }

@@ -1,5 +1,6 @@
 use std::collections::HashMap;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::{DVec2, DVec3, dvec2};
 use proptest::prelude::*;
@@ -23,7 +24,7 @@ fn height_at_m(point: DVec2) -> f32 {
     (4_000.0 * (point.x / 3.1e5).sin() * (point.y / 2.3e5).cos()) as f32
 }
 
-fn tile(id: TileId) -> HeightTile {
+fn tile(id: TileId) -> Arc<HeightTile> {
     let size = LAYOUT.stored_size_texels();
     let corner = LAYOUT.stored_extent(&scheme(), id);
     let texel_m = LAYOUT.texel_size_m(&scheme(), id.level);
@@ -31,12 +32,12 @@ fn tile(id: TileId) -> HeightTile {
         let place = dvec2(f64::from(index % size), f64::from(index / size)) + 0.5;
         height_at_m(dvec2(corner.min.x, corner.max.y) + dvec2(place.x, -place.y) * texel_m)
     });
-    HeightTile {
+    Arc::new(HeightTile {
         id,
         stored_size_texels: size,
         range: None,
         samples: HeightSamples::Metres(heights.collect()),
-    }
+    })
 }
 
 fn level_ground() -> GlobeGround {
@@ -291,7 +292,7 @@ fn patches_are_made_anew_where_their_ground_changes_and_only_there() {
     let east = Geodetic { longitude_rad: 0.5 * PI, latitude_rad: 0.3, height_m: 0.0 }.normal();
     let before = [serial(west, &mut store), serial(east, &mut store)];
     assert_eq!([serial(west, &mut store), serial(east, &mut store)], before);
-    store.forget_over(&[ground.extent(TileId::new(1, 0, 0))]);
+    store.ground_changed(&[ground.extent(TileId::new(1, 0, 0))]);
     assert_ne!(serial(west, &mut store), before[0]);
     assert_eq!(serial(east, &mut store), before[1]);
 }
