@@ -99,14 +99,8 @@ pub static GLOBE: Shader = shader!(
     "ground_light"
 );
 /// What pages of its virtual texture each pixel of the globe asks for.
-pub static GLOBE_REQUESTS: Shader = shader!(
-    "globe_requests",
-    "frame",
-    "globe",
-    "page_table",
-    "page_request",
-    "globe_place"
-);
+pub static GLOBE_REQUESTS: Shader =
+    shader!("globe_requests", "frame", "globe", "page_table", "page_request", "globe_place");
 /// Coordinates of the globe under each pixel.
 pub static GLOBE_COORDINATES: Shader = shader!("globe_coordinates", "frame", "globe");
 /// The sky round the globe.

@@ -33,17 +33,13 @@ impl GlobeUniforms {
 
     /// As seen from an eye in metres on the plate carrée and above the ellipsoid, with a texture of all longitudes
     /// and latitudes whose pages are a tiling's tiles.
-    pub fn new(
-        layout: &PageLayout,
-        scheme: &TilingScheme,
-        eye: DVec3,
-        exaggeration: f64,
-    ) -> Self {
+    pub fn new(layout: &PageLayout, scheme: &TilingScheme, eye: DVec3, exaggeration: f64) -> Self {
         let within = GlobeGround::within(eye.truncate());
         let place = Geodetic::from_plate_carree(within.extend(eye.z));
         let split = SplitPlace::nearest(Wgs84::ecef_from_geodetic(&place));
         let air = GlobeAir::new(&place, exaggeration);
-        let texel_m = scheme.tile_size_m(layout.coarsest_level) / f64::from(layout.tile_size_texels);
+        let texel_m =
+            scheme.tile_size_m(layout.coarsest_level) / f64::from(layout.tile_size_texels);
         let from_origin = dvec2(within.x - scheme.origin.x, scheme.origin.y - within.y) / texel_m;
         let texel = from_origin.floor();
         let (sin_latitude, cos_latitude) = place.latitude_rad.sin_cos();

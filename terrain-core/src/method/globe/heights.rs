@@ -92,9 +92,8 @@ impl GlobeHeights {
                 level -= 1;
                 continue;
             }
-            let tiles = rows.flat_map(|row| {
-                columns.clone().map(move |column| TileId::new(level, row, column))
-            });
+            let tiles = rows
+                .flat_map(|row| columns.clone().map(move |column| TileId::new(level, row, column)));
             let present = |tile: TileId| {
                 let line = std::iter::successors(Some(tile), |tile| tile.parent());
                 line.into_iter().find(|tile| layer.present.contains(*tile))
@@ -132,7 +131,8 @@ impl GlobeHeights {
             moved.changed.push(self.ground.extent(tile));
         }
         for tile in shown {
-            let Some(content) = self.resident.get(&tile).filter(|_| !self.ground.shows(tile)) else {
+            let Some(content) = self.resident.get(&tile).filter(|_| !self.ground.shows(tile))
+            else {
                 continue;
             };
             self.ground.show(Arc::clone(content));

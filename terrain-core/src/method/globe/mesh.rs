@@ -4,7 +4,9 @@ use super::patch_slots::PatchSlots;
 use crate::CameraView;
 use crate::gpu::{DrawnPatch, GpuContext, PatchBuffers};
 use crate::renderer_settings::RendererSettings;
-use crate::surface::globe::{CoverSettings, GlobeCover, GlobeGround, GlobeSight, PatchStore, cover};
+use crate::surface::globe::{
+    CoverSettings, GlobeCover, GlobeGround, GlobeSight, PatchStore, cover,
+};
 use crate::tiling::Extent;
 
 /// Patches made, patches on the GPU, and those that show a view.

@@ -41,8 +41,7 @@ impl PatchSlots {
             return Some(PatchPlace { slot: index as u32, is_new, evicts: false });
         }
         let age = |slot: &Slot| (slot.patch.is_some(), slot.turn);
-        let (index, slot) =
-            self.slots.iter_mut().enumerate().min_by_key(|(_, slot)| age(slot))?;
+        let (index, slot) = self.slots.iter_mut().enumerate().min_by_key(|(_, slot)| age(slot))?;
         if slot.patch.is_some() && slot.turn == turn {
             return None;
         }

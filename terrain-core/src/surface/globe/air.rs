@@ -40,7 +40,8 @@ impl GlobeAir {
         let unit_from_ecef = DMat3::from_diagonal(dvec3(a, a, b).recip());
         let scale_height_m = Self::SCALE_HEIGHT_M * exaggeration;
         // What a zenith of full air takes so that its light, as a part of the haze's, is the zenith's.
-        let zenith = (DVec3::ONE - ZENITH_COLOUR.as_dvec3() / HAZE_COLOUR.as_dvec3()).map(|rest| -rest.ln());
+        let zenith =
+            (DVec3::ONE - ZENITH_COLOUR.as_dvec3() / HAZE_COLOUR.as_dvec3()).map(|rest| -rest.ln());
         let mean = zenith.element_sum() / 3.0;
         Self {
             unit_from_relative: unit_from_ecef * eye.ecef_from_local(),
