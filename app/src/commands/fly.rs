@@ -104,13 +104,13 @@ pub fn run(args: &FlyArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
 fn open(args: &FlyArgs) -> anyhow::Result<Scene> {
     let Some(folder) = &args.dataset else {
         let Demo { source, title, exaggeration, flight } = Demo::open()?;
-        let settings = args.drawing.settings(exaggeration);
+        let settings = args.drawing.settings(source.manifest().shape, exaggeration);
         let flight = asked_flight(args, &*source, &settings)?.unwrap_or(flight);
         return Ok(Scene { source, title, settings, flight: Some(flight) });
     };
     let source = Arc::new(Dataset::open(folder)?);
     let title = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
-    let settings = args.drawing.settings(1.0);
+    let settings = args.drawing.settings(source.manifest().shape, 1.0);
     let flight = asked_flight(args, &*source, &settings)?;
     Ok(Scene { source, title, settings, flight })
 }

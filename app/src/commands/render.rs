@@ -91,7 +91,7 @@ pub struct RenderArgs {
 pub fn run(args: &RenderArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
     let source: Arc<dyn TileSource> = Arc::new(Dataset::open(&args.dataset)?);
     // One picture may take its time: drawn as on hardware, whatever the adapter.
-    let settings = args.drawing.settings(1.0).for_adapter(false);
+    let settings = args.drawing.settings(source.manifest().shape, 1.0).for_adapter(false);
     let view = view_of(args, &*source, settings.vertical_exaggeration)?;
     let drawn = match args.reference {
         true => trace(source, &view, &settings)?,

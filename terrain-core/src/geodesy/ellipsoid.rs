@@ -188,9 +188,9 @@ mod tests {
             let ecef = Wgs84::ecef_from_geodetic(&place);
             let back = Wgs84::geodetic_from_ecef(ecef);
             let missed_m = (Wgs84::ecef_from_geodetic(&back) - ecef).length();
-            // A last bit of the coordinates is 0.93e-9 m at the surface, and one of the angles moves as far.
-            prop_assert!(missed_m < 3.0e-9 * (1.0 + height_m.max(0.0) / 6.4e6), "{missed_m}");
-            prop_assert!((back.height_m - height_m).abs() < 3.0e-9 * (1.0 + height_m.abs() / 6.4e6));
+            // A last bit of a coordinate is 0.93e-9 m at the surface, and one of either angle moves as far.
+            prop_assert!(missed_m < 5.0e-9 * (1.0 + height_m.max(0.0) / 6.4e6), "{missed_m}");
+            prop_assert!((back.height_m - height_m).abs() < 5.0e-9 * (1.0 + height_m.abs() / 6.4e6));
             prop_assert!((back.latitude_rad - place.latitude_rad).abs() < 1.0e-15);
         }
 

@@ -105,6 +105,9 @@ pub static GLOBE_REQUESTS: Shader =
 pub static GLOBE_COORDINATES: Shader = shader!("globe_coordinates", "frame", "globe");
 /// The sky round the globe.
 pub static GLOBE_SKY: Shader = shader!("globe_sky", "frame", "globe", "globe_air");
+/// Places on the globe by themselves, so that they can be compared with f64.
+pub static GLOBE_PROBE: Shader =
+    shader!("globe_probe", "frame", "globe", "page_table", "globe_place", "globe_air");
 /// The sky behind it.
 pub static SKY: Shader = shader!("sky", "frame", "atmosphere");
 /// Coordinates of the ground under each pixel.
@@ -192,7 +195,7 @@ pub static PRECISION_NATIVE_F64: Shader = shader!("precision_native", "real_f64"
 pub static PRECISION_NATIVE_F16: Shader = shader!("precision_native", "real_f16");
 
 /// Every shader of the library that needs no optional feature, for tests that look at all of them.
-pub static ALL: [&Shader; 39] = [
+pub static ALL: [&Shader; 40] = [
     &DISPLACE,
     &SORT_TRIANGLES,
     &TERRAIN,
@@ -208,6 +211,7 @@ pub static ALL: [&Shader; 39] = [
     &GLOBE_REQUESTS,
     &GLOBE_COORDINATES,
     &GLOBE_SKY,
+    &GLOBE_PROBE,
     &SKY,
     &COORDINATES,
     &DERIVE_HEIGHTS,

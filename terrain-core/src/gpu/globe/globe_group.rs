@@ -1,5 +1,8 @@
 use super::globe_uniforms::GlobeUniforms;
 
+const ALL_STAGES: wgpu::ShaderStages =
+    wgpu::ShaderStages::VERTEX_FRAGMENT.union(wgpu::ShaderStages::COMPUTE);
+
 /// Group 1 of the globe's passes.
 pub(crate) struct GlobeGroup {
     pub layout: wgpu::BindGroupLayout,
@@ -17,7 +20,7 @@ impl GlobeGroup {
             label: Some("globe"),
             entries: &[wgpu::BindGroupLayoutEntry {
                 binding: 0,
-                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+                visibility: ALL_STAGES,
                 ty: wgpu::BindingType::Buffer {
                     ty: wgpu::BufferBindingType::Uniform,
                     has_dynamic_offset: false,

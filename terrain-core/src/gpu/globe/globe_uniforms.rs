@@ -6,25 +6,40 @@ use crate::residency::page_table::PageLayout;
 use crate::surface::globe::{GlobeAir, GlobeGround, SplitPlace};
 use crate::tiling::TilingScheme;
 
+/// Declares the struct and the list of its members' names, which a test holds against the shader.
+macro_rules! uniforms {
+    ($(#[$meta:meta])* struct $name:ident { $($member:ident: $type:ty,)+ }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, ShaderType)]
+        pub(crate) struct $name { $(pub $member: $type,)+ }
+
+        #[cfg(test)]
+        impl $name {
+            pub(in crate::gpu) const MEMBER_NAMES: &[&str] = &[$(stringify!($member)),+];
+        }
+    };
+}
+
+uniforms! {
 /// What the globe's shaders know of the eye: the `Globe` of `common/globe.wgsl`, where the members are explained.
-#[derive(Clone, Copy, Debug, PartialEq, ShaderType)]
-pub(crate) struct GlobeUniforms {
-    pub relative_from_ecef: Mat3,
-    pub unit_from_relative: Mat3,
-    pub unit_eye: Vec3,
-    pub air_per_unit: f32,
-    pub eye_coarse: IVec3,
-    pub eye_height_m: f32,
-    pub eye_fine: IVec3,
-    pub texels_per_radian: f32,
-    pub sky_per_m: Vec3,
-    pub sin_latitude: f32,
-    pub haze_per_m: Vec3,
-    pub cos_latitude: f32,
-    pub anchor_texel: IVec2,
-    pub anchor_part: Vec2,
-    pub anchor_from_axis_m: f32,
-    pub anchor_radius_m: f32,
+struct GlobeUniforms {
+    relative_from_ecef: Mat3,
+    unit_from_relative: Mat3,
+    unit_eye: Vec3,
+    air_per_unit: f32,
+    eye_coarse: IVec3,
+    eye_height_m: f32,
+    eye_fine: IVec3,
+    texels_per_radian: f32,
+    sky_per_m: Vec3,
+    sin_latitude: f32,
+    haze_per_m: Vec3,
+    cos_latitude: f32,
+    anchor_texel: IVec2,
+    anchor_part: Vec2,
+    anchor_from_axis_m: f32,
+    anchor_radius_m: f32,
+}
 }
 
 impl GlobeUniforms {

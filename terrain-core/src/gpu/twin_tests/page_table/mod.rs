@@ -235,7 +235,7 @@ impl Stage {
 }
 
 /// Waits for a buffer's first bytes.
-fn read_buffer(gpu: &GpuContext, buffer: &wgpu::Buffer, bytes: u64) -> Vec<u8> {
+pub(super) fn read_buffer(gpu: &GpuContext, buffer: &wgpu::Buffer, bytes: u64) -> Vec<u8> {
     let back = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
         size: bytes,
