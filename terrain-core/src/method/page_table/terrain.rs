@@ -188,5 +188,5 @@ fn page_layout(tree: &TileTree) -> PageLayout {
     let finest_level = layout.map_or(0, |layout| layout.finest_level());
     let layout = layout.unwrap_or(tree.heights.layout);
     let sizes = (layout.tile_size_texels, layout.gutter_texels);
-    PageLayout::of_ground(&tree.scheme, &tree.data_extent, finest_level, sizes)
+    PageLayout::of_ground(&tree.scheme, (&tree.data_extent, tree.shape), finest_level, sizes)
 }
