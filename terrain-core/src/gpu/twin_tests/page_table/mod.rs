@@ -241,14 +241,20 @@ impl Stage {
 }
 
 impl Stage {
-    /// The mean of all taps of a footprint, each from the page that the tables on the CPU name, in f64.
-    fn filtered(&self, point: &PageProbePoint, answer: &PageProbeAnswer, bias: f32) -> [f64; 3] {
+    /// The mean of all taps of a footprint, each from the page that the tables on the CPU name, in f64; and the
+    /// coarsest level among those pages.
+    fn filtered(
+        &self,
+        point: &PageProbePoint,
+        answer: &PageProbeAnswer,
+        bias: f32,
+    ) -> ([f64; 3], u8) {
         let is_x = point.span_x.length_squared() > point.span_y.length_squared();
         let axis = if is_x { point.span_x } else { point.span_y }.as_dvec2();
         let taps = answer.taps as u32;
         let wanted = (answer.level + bias).floor().max(0.0) as u8;
         let coarsest = self.layout.coarsest_level;
-        let mut sum = [0.0; 3];
+        let (mut sum, mut coarsest_found) = ([0.0; 3], 0);
         for tap in 0..taps {
             let along = (f64::from(tap) + 0.5) / f64::from(taps) - 0.5;
             let offset = Vec2::from(answer.part).as_dvec2() + axis * along;
@@ -256,11 +262,13 @@ impl Stage {
             let mut pages =
                 (wanted.min(coarsest)..=coarsest).map(|level| place.page(&self.layout, level));
             let page = pages.find(|page| matches!(self.stream.on_gpu(*page), PageEntry::At(_)));
+            let level = page.unwrap().level;
+            coarsest_found = level.max(coarsest_found);
             let texel = place.texel.as_dvec2() + place.part.as_dvec2();
-            let colour = trilinear(&self.layout, page.unwrap().level, answer.level, texel);
+            let colour = trilinear(&self.layout, level, answer.level, texel);
             sum = [0, 1, 2].map(|i| sum[i] + colour[i] / f64::from(taps));
         }
-        sum
+        (sum, coarsest_found)
     }
 }
 
