@@ -182,7 +182,10 @@ fn text_of(summary: &PrepareSummary) -> Result<String, std::fmt::Error> {
     let manifest = &summary.manifest;
     writeln!(text, "CRS      {}", manifest.crs.name)?;
     let size_km = manifest.data_extent.size_m() / 1000.0;
-    writeln!(text, "ground   {:.1} x {:.1} km", size_km.x, size_km.y)?;
+    match manifest.shape {
+        Shape::Plane => writeln!(text, "ground   {:.1} x {:.1} km", size_km.x, size_km.y)?,
+        Shape::Globe => writeln!(text, "ground   the globe")?,
+    }
     let range = manifest.heights.range;
     writeln!(text, "heights  {:.1} .. {:.1} m", range.min_m, range.max_m)?;
     let mut texels =
