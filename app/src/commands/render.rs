@@ -13,6 +13,7 @@ use terrain_core::measure::{CameraSpec, FrameRecord};
 use terrain_core::reference::{ReferenceScene, ReferenceSettings, render_reference};
 use terrain_core::{CameraView, RendererSettings};
 
+use crate::detail_args::DetailArgs;
 use crate::drawing_args::{DrawingArgs, Size};
 use crate::ground::Ground;
 use crate::headless::{Headless, Pace};
@@ -31,6 +32,7 @@ Examples:
   terrain render alps --camera x=463500,y=6820000,agl=800,heading=215,pitch=-12 \\
       --reference --out exact.png --coordinates exact.npy
   terrain render earth --camera x=8.0,y=46.0,height=900000,pitch=-60 --out alps.png
+  terrain render earth --camera x=8.0,y=46.0,height=20000,pitch=-40 --detail 10 --out near.png
   terrain render alps --flight valley --at 7.5 --out valley.png")]
 pub struct RenderArgs {
     /// The dataset: a folder made by terrain prepare
@@ -87,12 +89,15 @@ pub struct RenderArgs {
     json: bool,
 
     #[command(flatten)]
+    detail: DetailArgs,
+
+    #[command(flatten)]
     drawing: DrawingArgs,
 }
 
 /// Draws the picture and writes what is asked for.
 pub fn run(args: &RenderArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
-    let source: Arc<dyn TileSource> = Arc::new(Dataset::open(&args.dataset)?);
+    let source = args.detail.continued(Arc::new(Dataset::open(&args.dataset)?))?;
     // One picture may take its time: drawn as on hardware, whatever the adapter.
     let settings = args.drawing.settings(1.0).for_adapter(false);
     let view = view_of(args, &*source, settings.vertical_exaggeration)?;
