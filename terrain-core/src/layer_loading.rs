@@ -30,6 +30,18 @@ pub(crate) fn open_intakes(
     format: ColourFormat,
     ledger: &mut FrameLedger,
 ) -> Result<LayerIntakes, OpenTerrainError> {
+    let heights = open_height_intake(source, ledger)?;
+    Ok(LayerIntakes { heights, colours: open_colour_intake(source, format, ledger)? })
+}
+
+/// The intake of the heights alone, as [`open_intakes`] opens it.
+///
+/// # Errors
+/// Where level 0 cannot be loaded or the system gives no threads.
+pub(crate) fn open_height_intake(
+    source: &Arc<dyn TileSource>,
+    ledger: &mut FrameLedger,
+) -> Result<TileIntake<HeightTile>, OpenTerrainError> {
     let of_heights = Arc::clone(source);
     let load = Arc::new(move |tile| of_heights.load_heights(tile));
     let mut heights =
@@ -37,7 +49,7 @@ pub(crate) fn open_intakes(
     let loaded = source.load_heights(TileId::ROOT)?;
     ledger.add(ByteCause::Disk, loaded.disk_bytes);
     heights.supply(TileId::ROOT, loaded.tile);
-    Ok(LayerIntakes { heights, colours: open_colour_intake(source, format, ledger)? })
+    Ok(heights)
 }
 
 /// The intake of the colours alone, as [`open_intakes`] opens it; `None` without imagery.

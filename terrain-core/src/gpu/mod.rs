@@ -76,7 +76,7 @@ pub(crate) use offscreen_target::read_texture;
 pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
 pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};
 pub(crate) use page_table::{
-    PageBindings, PageFeedbackRing, PageGround, PageGroundBindings, PageGroundGroup,
+    PageAtlas, PageBindings, PageFeedbackRing, PageGround, PageGroundBindings, PageGroundGroup,
     PageGroundPass, PageGroundPassSettings, PageRequestPass, PageTableUniforms,
 };
 pub(crate) use picture::{Picture, PictureTarget, TargetKind};

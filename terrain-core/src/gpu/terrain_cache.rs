@@ -29,7 +29,8 @@ impl TerrainCache {
         colour_format: ColourFormat,
         slots: (u32, u32),
     ) -> Self {
-        Self::with_slots(gpu, tree, colour_format, [slots, slots])
+        let colour_slots = if tree.colours.is_some() { slots } else { (1, 1) };
+        Self::with_slots(gpu, tree, colour_format, [slots, colour_slots])
     }
 
     /// [`Self::new`] for a method that keeps heights elsewhere: theirs is a stub of one slot.
@@ -42,23 +43,28 @@ impl TerrainCache {
         Self::with_slots(gpu, tree, colour_format, [(1, 1), slots])
     }
 
+    /// [`Self::new`] for a method that keeps colours elsewhere: theirs is a stub of one slot.
+    pub fn of_heights(
+        gpu: &GpuContext,
+        tree: &TileTree,
+        colour_format: ColourFormat,
+        slots: (u32, u32),
+    ) -> Self {
+        Self::with_slots(gpu, tree, colour_format, [slots, (1, 1)])
+    }
+
     fn with_slots(
         gpu: &GpuContext,
         tree: &TileTree,
         colour_format: ColourFormat,
-        [height_slots, (columns, rows)]: [(u32, u32); 2],
+        [height_slots, colour_slots]: [(u32, u32); 2],
     ) -> Self {
-        let grid = |slot_size_texels| AtlasGrid { columns, rows, slot_size_texels };
-        let slot_size_texels = tree.heights.layout.stored_size_texels();
-        let height_grid =
-            AtlasGrid { columns: height_slots.0, rows: height_slots.1, slot_size_texels };
+        let grid =
+            |(columns, rows), slot_size_texels| AtlasGrid { columns, rows, slot_size_texels };
+        let height_grid = grid(height_slots, tree.heights.layout.stored_size_texels());
+        let colour_texels = tree.colours.as_ref().map_or(16, |l| l.layout.stored_size_texels());
+        let colour_grid = grid(colour_slots, colour_texels);
         let heights = HeightAtlas::new(&gpu.device, height_grid);
-        let colour_grid = tree
-            .colours
-            .as_ref()
-            .map_or(AtlasGrid { columns: 1, rows: 1, slot_size_texels: 16 }, |layer| {
-                grid(layer.layout.stored_size_texels())
-            });
         let colours = ColourAtlas::new(&gpu.device, colour_grid, colour_format);
         Self {
             derive_heights: DeriveHeightsPass::new(&gpu.device, &heights),

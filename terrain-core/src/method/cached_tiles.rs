@@ -17,7 +17,7 @@ pub(super) struct CachedTiles {
 }
 
 /// Makes caches of the tree's layers, of so many columns and rows of slots.
-type MakeCache = fn(&GpuContext, &TileTree, ColourFormat, (u32, u32)) -> TerrainCache;
+pub(super) type MakeCache = fn(&GpuContext, &TileTree, ColourFormat, (u32, u32)) -> TerrainCache;
 
 impl CachedTiles {
     /// Makes caches of the settings' size, colours arriving in `format`.

@@ -3,13 +3,13 @@
 
 use std::sync::Arc;
 
-use super::cached_tiles::{CachedTiles, in_slots};
+use super::cached_tiles::{CachedTiles, MakeCache, in_slots};
 use super::{FrameContext, Moved, SceneState};
 use crate::dataset::{ColourFormat, TileSource};
 use crate::frame_setup::mesh_radius;
 use crate::gpu::{
-    CoordinatePass, DebugImage, FrameGroup, MeshScene, SceneMeshes, TargetKind, TerrainCache,
-    TerrainPass, TerrainPassSettings,
+    CoordinatePass, DebugImage, FrameGroup, MeshScene, SceneMeshes, TargetKind, TerrainPass,
+    TerrainPassSettings,
 };
 use crate::ground_heights::height_range_m;
 use crate::measure::{ByteCause, FrameRecord};
@@ -30,7 +30,8 @@ pub(super) struct DrawnTiles {
 }
 
 impl DrawnTiles {
-    /// Makes caches of the settings' size, colours arriving in `format`.
+    /// Makes caches of the settings' size, with `make`, colours arriving in
+    /// `format`.
     ///
     /// # Errors
     /// [`RenderError::CacheTooLarge`] where the caches are larger than textures can be.
@@ -39,8 +40,9 @@ impl DrawnTiles {
         source: &Arc<dyn TileSource>,
         tree: &TileTree,
         format: ColourFormat,
+        make: MakeCache,
     ) -> Result<Self, RenderError> {
-        let tiles = CachedTiles::new(cx, tree, format, TerrainCache::new)?;
+        let tiles = CachedTiles::new(cx, tree, format, make)?;
         let linear = cx.settings.lookup == LookupMethod::Linear;
         Ok(Self {
             has_voids: source.manifest().heights.has_voids,

@@ -12,14 +12,14 @@ use std::time::Duration;
 use glam::DVec2;
 
 use super::drawn_tiles::DrawnTiles;
-use super::region_state::{CoordinateState, SeenView};
-use super::{FrameContext, Moved, SceneState, TerrainMethod};
+use super::region_state::SeenView;
+use super::{FrameContext, ImageState, Moved, SceneState, TerrainMethod};
 use crate::CameraView;
 use crate::dataset::TileSource;
 use crate::frame_setup::mesh_scale_m;
 use crate::gpu::{
     CoordinatePass, DebugImage, FrameGroup, LayerDeliveries, SelectionRequest, TargetKind,
-    TileManagement, TileReport, TileReportRing, TileSelection,
+    TerrainCache, TileManagement, TileReport, TileReportRing, TileSelection,
 };
 use crate::layer_loading::{colour_format, open_intakes};
 use crate::measure::{ByteCause, FrameRecord};
@@ -47,7 +47,7 @@ pub(super) struct GpuTileScheduling {
     /// What the latest selection was made for.
     selected: Option<SelectedFor>,
     /// What the latest coordinate image was made of.
-    coordinates: Option<CoordinateState>,
+    coordinates: Option<ImageState>,
     /// What this frame's compute passes are to do, until they are recorded.
     due: Option<Due>,
     /// What the tables' places and the uniforms were last made of.
@@ -83,7 +83,7 @@ impl GpuTileScheduling {
         let device = &cx.gpu.device;
         let slot_count = cx.settings.cache_columns * cx.settings.cache_rows;
         let format = colour_format(&**source, cx.gpu.has_block_compression());
-        let mut drawn = DrawnTiles::new(cx, source, &tree, format)?;
+        let mut drawn = DrawnTiles::new(cx, source, &tree, format, TerrainCache::new)?;
         let (size_px, region) = (cx.settings.coordinate_size_px, CoordinatePass::REGION_FORMAT);
         let coordinate_pass = CoordinatePass::new(device, &drawn.tiles.bindings, region, size_px);
         let image = &coordinate_pass.target;
@@ -344,9 +344,9 @@ impl GpuTileScheduling {
         self.management.copy_ranges(encoder, &self.drawn.tiles.bindings.frame);
     }
 
-    fn coordinate_state(&self, scene: &SceneState) -> CoordinateState {
+    fn coordinate_state(&self, scene: &SceneState) -> ImageState {
         let SceneState { view, settings, .. } = *scene;
-        CoordinateState { view, uploads: self.uploads, settings }
+        ImageState { view, geometry: self.uploads, settings }
     }
 
     /// Whether the scene's coordinates have not been drawn yet.

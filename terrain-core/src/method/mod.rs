@@ -10,6 +10,7 @@ mod cpu_mesh;
 mod drawn_tiles;
 mod gpu_tile_scheduling;
 mod page_table;
+mod paged_texture;
 mod region_state;
 mod tile_scheduling;
 
@@ -47,6 +48,16 @@ pub(crate) struct SceneState {
     pub view: CameraView,
     /// [`TerrainMethod::data_version`] when the picture was drawn.
     pub data_version: u64,
+    pub settings: RendererSettings,
+}
+
+/// What an image of what the GPU sees is drawn anew for. Not the choice among what is resident: it follows from
+/// the image, and commonly a still camera comes to rest so.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct ImageState {
+    pub view: CameraView,
+    /// Counts the changes of the geometry.
+    pub geometry: u64,
     pub settings: RendererSettings,
 }
 

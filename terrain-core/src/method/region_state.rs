@@ -1,5 +1,4 @@
 use crate::CameraView;
-use crate::renderer_settings::RendererSettings;
 use crate::selection::{CoordinateImage, SeenGround, Visibility, VisibleRegion, visible_region};
 
 /// A view that was seen, and how often.
@@ -84,13 +83,4 @@ impl RegionState {
         let image = self.image.as_ref().filter(|_| visibility == Visibility::Exact);
         self.region.as_ref().map(|region| SeenGround { region, image })
     }
-}
-
-/// What a coordinate image is drawn anew for. Not the choice among resident tiles: it follows from the
-/// image, and commonly a still camera comes to rest so.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) struct CoordinateState {
-    pub view: CameraView,
-    pub uploads: u64,
-    pub settings: RendererSettings,
 }

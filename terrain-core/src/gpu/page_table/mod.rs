@@ -5,6 +5,7 @@
 mod feedback;
 mod gather_pass;
 mod ground_pass;
+mod page_atlas;
 mod page_bindings;
 mod page_ground;
 mod request_image;
@@ -14,6 +15,7 @@ pub(crate) use feedback::PageFeedbackRing;
 pub(crate) use ground_pass::{
     PageGroundBindings, PageGroundPass, PageGroundPassSettings, PageRequestPass,
 };
+pub(crate) use page_atlas::PageAtlas;
 pub(crate) use page_bindings::{PageBindings, PageTableUniforms};
 pub(crate) use page_ground::{PageGround, PageGroundGroup};
 

@@ -1,7 +1,7 @@
 use glam::Vec2;
 
+use super::page_atlas::PageAtlas;
 use crate::gpu::atlas::AtlasGrid;
-use crate::gpu::colour_atlas::ColourAtlas;
 use crate::residency::page_table::{ChangedPage, PageLayout};
 
 /// Group 2 of every pass that draws with a virtual texture or asks for its pages: how the texture is cut, the
@@ -74,7 +74,7 @@ impl PageBindings {
     pub const GROUP: u32 = 2;
 
     /// Without any page yet: all entries are 0.
-    pub fn new(device: &wgpu::Device, layout: &PageLayout, atlas: &ColourAtlas) -> Self {
+    pub fn new(device: &wgpu::Device, layout: &PageLayout, atlas: &PageAtlas) -> Self {
         use wgpu::BufferUsages as Usage;
         let buffer = |label, size, usage| {
             let mapped_at_creation = false;
@@ -93,7 +93,7 @@ impl PageBindings {
             ..Default::default()
         });
         let group_layout = group_layout(device);
-        let pages = atlas.colours.create_view(&Default::default());
+        let pages = atlas.view();
         let resources = [
             uniforms.as_entire_binding(),
             entries.as_entire_binding(),
@@ -113,7 +113,7 @@ impl PageBindings {
             group,
             uniforms,
             entries,
-            atlas_columns: atlas.grid.columns,
+            atlas_columns: atlas.grid().columns,
             written: None,
         }
     }

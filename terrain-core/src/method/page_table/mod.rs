@@ -1,64 +1,48 @@
 //! The page-table method: imagery as one virtual texture, of which the GPU finds the tiles that pixels need;
-//! after the paper on GPU-visible tiles (a new method for fast determination of visible texture tiles). What is
-//! resident is planned in [`crate::residency::page_table`], whose page names the paper's tables; what the GPU
-//! does is in `gpu/page_table/`.
+//! after the paper on GPU-visible tiles (a new method for fast determination of visible texture tiles). The
+//! texture is a [`PagedTexture`]; here it is drawn on plane ground.
 //!
 //! The mesh is that of tile scheduling. As the paper has it, the texture knows nothing of the geometry, and the
 //! geometry nothing of the texture: height tiles are chosen by the view frustum, since the level a texture is
 //! filtered to says little about how fine its ground must be. So nothing that comes back changes the ground in
 //! view, and a still camera comes to rest by itself.
-//!
-//! `texel_px` sets how large texels may be drawn: the levels of all footprints are log2 of it coarser. Where
-//! more pages are seen than there is room for, all are drawn so many eighths of a level coarser that they fit.
 
-mod terrain;
+mod heights;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::DVec2;
 
-use self::terrain::{PagedArrivals, PagedTerrain};
+use self::heights::StreamedHeights;
 use super::drawn_tiles::DrawnTiles;
-use super::region_state::CoordinateState;
-use super::{FrameContext, Moved, SceneState, TerrainMethod};
+use super::paged_texture::{PagedSource, PagedTexture};
+use super::{FrameContext, ImageState, Moved, SceneState, TerrainMethod};
 use crate::CameraView;
-use crate::dataset::{ColourTile, TileSource};
+use crate::dataset::TileSource;
 use crate::frame_setup::mesh_scale_m;
 use crate::gpu::{
-    DebugImage, FrameGroup, GpuContext, PageBindings, PageFeedbackRing, PageGround,
-    PageGroundBindings, PageGroundGroup, PageGroundPass, PageGroundPassSettings, PageRequestPass,
-    PageTableUniforms, TargetKind,
+    DebugImage, FrameGroup, PageGround, PageGroundBindings, PageGroundGroup, PageGroundPass,
+    PageGroundPassSettings, PageRequestPass, TargetKind, TerrainCache,
 };
-use crate::layer_loading::colour_format;
+use crate::layer_loading::{colour_format, open_height_intake};
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::{LookupMethod, RendererSettings};
-use crate::residency::page_table::{PageId, PageRequest, PageUpload, SeenPages, fitting};
 use crate::selection::{Selection, TileTree, select_by_frustum};
 use crate::terrain_renderer::RenderError;
 use crate::tiling::TileId;
 
 /// Draws a dataset with imagery through a page table.
 pub(super) struct PageTable {
-    terrain: PagedTerrain,
+    heights: StreamedHeights,
     drawn: DrawnTiles,
-    pages: PageBindings,
+    imagery: PagedTexture,
     ground: PageGroundGroup,
-    feedback: PageFeedbackRing,
     request_pass: Option<(RequestPassKey, PageRequestPass)>,
     /// The picture's pass, as long as no page fades in and while one does.
     passes: [Option<(PageGroundPassSettings, PageGroundPass)>; 2],
-    seen: SeenPages,
     /// The height tiles chosen.
     selection: Selection,
-    /// Eighths of a level that all pages are drawn coarser for them to fit.
-    coarser_steps: i32,
-    /// The pages chosen, beside those that are always resident.
-    chosen_pages: Vec<PageId>,
-    /// The view that height tiles were chosen for, and the latest image's frame, if any, that pages were.
-    chosen: Option<(CameraView, Option<u64>)>,
-    /// What the latest images were asked for, and how many.
-    asked: Option<(CoordinateState, u32)>,
 }
 
 /// What decides how the pass of the requests is built: whether the lookup is linear, whether there are voids, and
@@ -78,79 +62,41 @@ impl PageTable {
         let (gpu, settings) = (cx.gpu, cx.settings);
         let slots = (settings.cache_columns, settings.cache_rows);
         let format = colour_format(&**source, gpu.has_block_compression());
-        let drawn = DrawnTiles::new(cx, source, &tree, format)?;
-        let terrain = PagedTerrain::open(source, tree, format, slots, cx.ledger)?;
-        let layout = terrain.pages.layout();
-        let pages = PageBindings::new(&gpu.device, layout, &drawn.tiles.cache.colours);
+        let drawn = DrawnTiles::new(cx, source, &tree, format, TerrainCache::of_heights)?;
+        let imagery = PagedTexture::open(cx, PagedSource::imagery(source, &tree, format))?;
+        let intake = open_height_intake(source, cx.ledger)?;
         Ok(Self {
-            feedback: PageFeedbackRing::new(&gpu.device, layout, &pages, settings),
             ground: PageGroundGroup::new(&gpu.device),
-            terrain,
+            heights: StreamedHeights::new(tree, slots, intake),
             drawn,
-            pages,
+            imagery,
             request_pass: None,
             passes: [None, None],
-            seen: SeenPages::default(),
             selection: Selection { tiles: vec![TileId::ROOT], ..Default::default() },
-            coarser_steps: 0,
-            chosen_pages: Vec::new(),
-            chosen: None,
-            asked: None,
         })
     }
 
     /// The settings that the caches, the feedback and the pipelines of the mesh are made for; all others as they
     /// are by default.
     pub fn made_for(settings: &RendererSettings) -> RendererSettings {
-        let RendererSettings {
-            cache_columns,
-            cache_rows,
-            page_feedback,
-            readback_latency_frames,
-            lookup,
-            ..
-        } = *settings;
-        RendererSettings {
-            cache_columns,
-            cache_rows,
-            page_feedback,
-            readback_latency_frames,
-            lookup,
-            ..Default::default()
-        }
+        RendererSettings { lookup: settings.lookup, ..PagedTexture::made_for(settings) }
     }
 }
 
 impl TerrainMethod for PageTable {
-    /// Takes what pixels of earlier frames asked for, if any of it has come back.
     fn receive(&mut self, cx: &mut FrameContext<'_>) {
-        let back = self.feedback.take(self.terrain.pages.layout(), cx.frame);
-        if back.is_cut_off {
-            self.asked = None;
-        }
-        for image in back.images {
-            self.seen.take(image, self.feedback.period());
-        }
+        self.imagery.receive(cx.frame);
     }
 
     /// Chooses pages by what was asked for last, and height tiles by the view.
     fn select(&mut self, cx: &mut FrameContext<'_>, view: &CameraView) -> f64 {
-        if !self.wants_choice(cx.settings, view) {
+        if !self.imagery.wants_choice(cx.settings, view) {
             return 0.0;
         }
         let started = Instant::now();
         let config = cx.settings.selection_config();
-        self.selection = select_by_frustum(&self.terrain.tree, view, &config);
-        let asked = self.seen.asked();
-        let layout = self.terrain.pages.layout();
-        let most_pages = config.max_tiles.saturating_sub(1);
-        let serving = |page| self.terrain.serving(page);
-        let (coarser_steps, pages) = fitting(layout, &asked, most_pages, serving);
-        self.terrain.pages.request(&pages);
-        self.chosen_pages = pages;
-        self.terrain.version += u64::from(coarser_steps != self.coarser_steps);
-        self.coarser_steps = coarser_steps;
-        self.chosen = Some(self.choice_for(view));
+        self.selection = select_by_frustum(&self.heights.tree, view, &config);
+        self.imagery.choose(cx.settings, view);
         started.elapsed().as_secs_f64() * 1.0e3
     }
 
@@ -160,22 +106,19 @@ impl TerrainMethod for PageTable {
         encoder: &mut wgpu::CommandEncoder,
         _view: &CameraView,
     ) -> Moved {
-        let budget = cx.settings.upload_budget_bytes;
-        let (arrivals, has_failed) =
-            self.terrain.stream(&self.selection, budget, cx.frame, cx.ledger);
-        if has_failed {
-            self.chosen = None;
-        }
-        let moved = self.upload(cx, encoder, &arrivals);
-        let changed = self.terrain.pages.take_changed();
-        self.terrain.version += u64::from(!changed.is_empty());
-        cx.ledger.add(ByteCause::Table, self.pages.set_entries(&cx.gpu.queue, &changed));
-        self.terrain.ground.keep(arrivals.heights);
-        moved
+        let budget_bytes = cx.settings.upload_budget_bytes;
+        let arrived = self.heights.update(&self.selection, budget_bytes, cx.frame, cx.ledger);
+        self.drawn.tiles.send_heights(cx, encoder, &self.heights.tree, &arrived);
+        let sent = arrived.iter().map(|(_, tile)| tile.samples.byte_len()).sum();
+        let evicted = arrived.iter().filter(|(placement, _)| placement.evicted.is_some()).count();
+        let pages = self.imagery.stream(cx, encoder, budget_bytes.saturating_sub(sent));
+        let new = arrived.len() as u64 + pages.new;
+        self.heights.ground.keep(arrived);
+        Moved { new, evicted: evicted as u64 + pages.evicted }
     }
 
     fn data_version(&self) -> u64 {
-        self.terrain.version
+        self.heights.version + self.imagery.version()
     }
 
     fn set_up(
@@ -185,15 +128,14 @@ impl TerrainMethod for PageTable {
         scene: &SceneState,
     ) {
         let exaggeration = scene.settings.vertical_exaggeration;
-        let PagedTerrain { ground, tree, .. } = &self.terrain;
+        let StreamedHeights { ground, tree, table, .. } = &self.heights;
         let scale_m = mesh_scale_m(tree, ground.clearance_m(tree, scene.view.eye, exaggeration));
-        let tables = (&self.terrain.height_table, None);
-        self.drawn.tiles.show(cx, tree, (scene, scale_m), tables);
-        let sent = self.set_page_uniforms(cx.gpu, scene);
-        cx.ledger.add(ByteCause::Uniform, sent);
+        self.drawn.tiles.show(cx, tree, (scene, scale_m), (table, None));
+        self.imagery.set_up(cx, &scene.settings);
+        let place = PageGround::new(self.imagery.layout(), &tree.scheme, scene.view.eye);
+        cx.ledger.add(ByteCause::Uniform, self.ground.set(&cx.gpu.queue, &place));
         // The image of the requests is drawn with the picture's own mesh.
-        let scale = (scale_m, false);
-        self.drawn.set_meshes(cx, encoder, &self.terrain.tree, scene, scale);
+        self.drawn.set_meshes(cx, encoder, &self.heights.tree, scene, (scale_m, false));
     }
 
     /// Draws what pixels ask for and asks for it, unless that was done for the scene already.
@@ -203,7 +145,8 @@ impl TerrainMethod for PageTable {
         encoder: &mut wgpu::CommandEncoder,
         scene: &SceneState,
     ) -> bool {
-        if !self.wants_image(scene) || !self.feedback.is_free() {
+        let state = self.image_state(scene);
+        if !self.imagery.wants_image(&state) {
             return false;
         }
         let key = self.request_pass_key(&scene.settings);
@@ -211,20 +154,14 @@ impl TerrainMethod for PageTable {
             Some((built_for, pass)) if built_for == key => pass,
             _ => PageRequestPass::new(&cx.gpu.device, self.ground_bindings(), key),
         };
-        let Self { drawn, pages, ground, feedback, .. } = self;
+        let Self { drawn, imagery, ground, .. } = self;
         let Some(mesh) = drawn.meshes.picture() else { return false };
-        let bindings = PageGroundBindings { frame: &drawn.tiles.bindings, pages, ground };
-        let gpu = (&cx.gpu.device, &cx.gpu.queue);
-        let bytes = feedback.record(gpu, encoder, scene.view.viewport_px, pages, |pass| {
+        let has_asked = imagery.ask(cx, encoder, state, |pass, pages| {
+            let bindings = PageGroundBindings { frame: &drawn.tiles.bindings, pages, ground };
             request_pass.draw(pass, bindings, mesh.parts(), mesh.visible());
         });
         self.request_pass = Some((key, request_pass));
-        let Some(bytes) = bytes else { return false };
-        cx.ledger.add(ByteCause::Readback, bytes);
-        let state = self.image_state(scene);
-        let before = self.asked.filter(|(asked, _)| *asked == state);
-        self.asked = Some((state, before.map_or(0, |(_, images)| images) + 1));
-        true
+        has_asked
     }
 
     fn draw(
@@ -234,12 +171,12 @@ impl TerrainMethod for PageTable {
         target: TargetKind,
         scene: &SceneState,
     ) -> &FrameGroup {
-        let fades = self.terrain.pages.is_fading();
+        let fades = self.imagery.is_fading();
         let settings = PageGroundPassSettings {
             target,
             linear_lookup: scene.settings.lookup == LookupMethod::Linear,
             wireframe: scene.settings.wireframe,
-            has_colours: self.terrain.has_colours(),
+            has_colours: self.imagery.has_any(),
             has_voids: self.drawn.has_voids,
             anisotropy: scene.settings.anisotropy,
             fades,
@@ -257,18 +194,14 @@ impl TerrainMethod for PageTable {
     }
 
     fn after_submit(&mut self, frame: u64, view: &CameraView) {
-        self.feedback.begin(frame, view);
+        self.imagery.after_submit(frame, view);
     }
 
     fn describe(&self, _settings: &RendererSettings, record: &mut FrameRecord) {
         self.drawn.describe(record);
-        let layout = self.terrain.pages.layout();
-        let finest = self.chosen_pages.first().map_or(layout.coarsest_level, |page| page.level);
-        record.tiles_selected = (self.chosen_pages.len() + layout.resident_pages().count()) as u64;
-        record.tiles_missing = self.terrain.missing() as u64;
-        record.tiles_resident = self.terrain.resident() as u64;
-        record.finest_level = layout.coarsest_level - finest;
-        record.region_age_frames = self.image_age_frames(record.frame);
+        self.imagery.describe(record);
+        record.tiles_missing += self.heights.missing() as u64;
+        record.tiles_resident += self.heights.resident() as u64;
     }
 
     fn draw_coordinates(
@@ -281,27 +214,26 @@ impl TerrainMethod for PageTable {
     }
 
     fn is_pending(&self, scene: &SceneState) -> bool {
-        self.terrain.missing() > 0
-            || self.terrain.pages.is_fading()
-            || self.feedback.is_waiting()
-            || self.wants_image(scene)
-            || self.wants_choice(&scene.settings, &scene.view)
+        self.heights.missing() > 0 || self.imagery.is_pending(&self.image_state(scene))
     }
 
     fn wait(&self, patience: Duration) {
-        self.terrain.wait(patience);
+        self.heights.wait(patience);
+        self.imagery.wait(patience);
     }
 
     fn reconsider(&mut self) {
-        self.chosen = None;
+        self.imagery.reconsider();
     }
 
     fn take_failures(&mut self) -> Vec<String> {
-        self.terrain.take_failures()
+        let mut failures = self.heights.take_failures();
+        failures.extend(self.imagery.take_failures());
+        failures
     }
 
     fn tree(&self) -> &TileTree {
-        &self.terrain.tree
+        &self.heights.tree
     }
 
     fn selection(&self) -> &Selection {
@@ -309,18 +241,21 @@ impl TerrainMethod for PageTable {
     }
 
     fn ground_height_m(&self, point: DVec2) -> Option<f64> {
-        self.terrain.ground.height_m(&self.terrain.tree, point)
+        self.heights.ground.height_m(&self.heights.tree, point)
     }
 
     fn debug_texture(&self, image: DebugImage) -> Option<wgpu::TextureView> {
-        self.drawn.atlas_view(image)
+        match image {
+            DebugImage::ColourCache => Some(self.imagery.atlas_view()),
+            _ => self.drawn.atlas_view(image),
+        }
     }
 }
 
 impl PageTable {
     fn ground_bindings(&self) -> PageGroundBindings<'_> {
-        let Self { drawn, pages, ground, .. } = self;
-        PageGroundBindings { frame: &drawn.tiles.bindings, pages, ground }
+        let Self { drawn, imagery, ground, .. } = self;
+        PageGroundBindings { frame: &drawn.tiles.bindings, pages: imagery.bindings(), ground }
     }
 
     fn request_pass_key(&self, settings: &RendererSettings) -> RequestPassKey {
@@ -328,60 +263,8 @@ impl PageTable {
         (is_linear, self.drawn.has_voids, settings.anisotropy)
     }
 
-    /// Brings tiles and pages into their slots.
-    fn upload(
-        &self,
-        cx: &mut FrameContext<'_>,
-        encoder: &mut wgpu::CommandEncoder,
-        arrivals: &PagedArrivals,
-    ) -> Moved {
-        let PagedTerrain { tree, pages, .. } = &self.terrain;
-        self.drawn.tiles.send_heights(cx, encoder, tree, &arrivals.heights);
-        let content = |upload: PageUpload| Some((upload.slot, pages.payload(upload.page)?));
-        let tiles: Vec<(u32, &ColourTile)> =
-            arrivals.pages.iter().copied().filter_map(content).collect();
-        self.drawn.tiles.send_colours(cx, encoder, tree, &tiles);
-        Moved { new: arrivals.count(), evicted: arrivals.evicted() }
-    }
-
-    /// Brings the page table's parameters to the GPU; returns the bytes.
-    fn set_page_uniforms(&mut self, gpu: &GpuContext, scene: &SceneState) -> u64 {
-        let Self { terrain, drawn, pages, ground, coarser_steps, .. } = self;
-        let layout = terrain.pages.layout();
-        let request_bias = scene.settings.texel_px.log2() as f32;
-        let lookup_bias = request_bias + *coarser_steps as f32 / PageRequest::STEPS as f32;
-        let biases = [request_bias, lookup_bias];
-        let table = PageTableUniforms::new(layout, &drawn.tiles.cache.colours.grid, biases);
-        let place = PageGround::new(layout, &terrain.tree.scheme, scene.view.eye);
-        pages.set_uniforms(&gpu.queue, &table) + ground.set(&gpu.queue, &place)
-    }
-
-    fn image_state(&self, scene: &SceneState) -> CoordinateState {
+    fn image_state(&self, scene: &SceneState) -> ImageState {
         let SceneState { view, settings, .. } = *scene;
-        CoordinateState { view, uploads: self.terrain.height_uploads, settings }
-    }
-
-    /// Whether not all images of the scene have been asked for yet.
-    fn wants_image(&self, scene: &SceneState) -> bool {
-        let period = self.feedback.period();
-        let has_all = |(state, images)| state == self.image_state(scene) && images >= period;
-        let needs_any = !scene.settings.freeze_selection && self.terrain.has_colours();
-        needs_any && !self.asked.is_some_and(has_all)
-    }
-
-    fn wants_choice(&self, settings: &RendererSettings, view: &CameraView) -> bool {
-        !settings.freeze_selection && self.chosen != Some(self.choice_for(view))
-    }
-
-    /// What a choice for the view by the latest image is made for.
-    fn choice_for(&self, view: &CameraView) -> (CameraView, Option<u64>) {
-        (*view, self.seen.latest().map(|(frame, _)| frame))
-    }
-
-    /// How many frames ago the latest image was drawn; 0 where the camera has not moved since.
-    fn image_age_frames(&self, frame: u64) -> Option<u64> {
-        let (seen_in, seen_from) = self.seen.latest()?;
-        let is_current = self.chosen.is_some_and(|(view, _)| view == seen_from);
-        Some(if is_current { 0 } else { frame - seen_in })
+        ImageState { view, geometry: self.heights.uploads, settings }
     }
 }

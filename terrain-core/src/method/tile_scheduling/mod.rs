@@ -9,12 +9,12 @@ use std::time::{Duration, Instant};
 use glam::DVec2;
 
 use super::drawn_tiles::DrawnTiles;
-use super::region_state::{CoordinateState, RegionState};
-use super::{FrameContext, Moved, SceneState, TerrainMethod};
+use super::region_state::RegionState;
+use super::{FrameContext, ImageState, Moved, SceneState, TerrainMethod};
 use crate::CameraView;
 use crate::dataset::TileSource;
 use crate::frame_setup::mesh_scale_m;
-use crate::gpu::{CoordinateFeedback, DebugImage, FrameGroup, TargetKind};
+use crate::gpu::{CoordinateFeedback, DebugImage, FrameGroup, TargetKind, TerrainCache};
 use crate::layer_loading::colour_format;
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::RendererSettings;
@@ -36,7 +36,7 @@ pub(super) struct TileScheduling {
     /// The view and the region's frame, where there was one, the latest selection was made for.
     selected: Option<(CameraView, Option<u64>)>,
     /// What the latest coordinate image was made of.
-    coordinates: Option<CoordinateState>,
+    coordinates: Option<ImageState>,
 }
 
 impl TileScheduling {
@@ -52,7 +52,7 @@ impl TileScheduling {
         let (gpu, settings) = (cx.gpu, cx.settings);
         let slots = (settings.cache_columns, settings.cache_rows);
         let format = colour_format(&**source, gpu.has_block_compression());
-        let drawn = DrawnTiles::new(cx, source, &tree, format)?;
+        let drawn = DrawnTiles::new(cx, source, &tree, format, TerrainCache::new)?;
         let terrain = ResidentTerrain::open(source, tree, format, slots, cx.ledger)?;
         Ok(Self {
             feedback: CoordinateFeedback::new(&gpu.device, &drawn.tiles.bindings, settings),
@@ -243,9 +243,9 @@ impl TerrainMethod for TileScheduling {
 }
 
 impl TileScheduling {
-    fn coordinate_state(&self, scene: &SceneState) -> CoordinateState {
+    fn coordinate_state(&self, scene: &SceneState) -> ImageState {
         let SceneState { view, settings, .. } = *scene;
-        CoordinateState { view, uploads: self.terrain.uploads, settings }
+        ImageState { view, geometry: self.terrain.uploads, settings }
     }
 
     /// Whether the scene's coordinates have not been asked for yet.

@@ -10,13 +10,10 @@ use wgpu::util::DeviceExt;
 use super::random_field::Random;
 use crate::dataset::{ColourFormat, ColourTile, Shape};
 use crate::geodesy::PlateCarree;
-use crate::gpu::atlas::AtlasGrid;
-use crate::gpu::colour_atlas::ColourAtlas;
-use crate::gpu::derive_colours_pass::DeriveColoursPass;
 use crate::gpu::shader_library::PAGE_PROBE;
-use crate::gpu::{GpuContext, PageBindings, PageTableUniforms};
+use crate::gpu::{GpuContext, PageAtlas, PageBindings, PageTableUniforms};
 use crate::residency::page_table::{
-    PageEntry, PageId, PageLayout, PageRequest, PageStream, TexturePlace,
+    PageEntry, PageId, PageLayout, PageRequest, PageStream, PageUpload, TexturePlace,
 };
 use crate::srgb::LINEAR_FROM_CODE;
 
@@ -159,27 +156,25 @@ impl Stage {
             }
         }
         let rows = (wanted.len() as u32 + 1).div_ceil(ATLAS_COLUMNS);
-        let grid = AtlasGrid { columns: ATLAS_COLUMNS, rows, slot_size_texels: TILE + 2 * GUTTER };
-        let atlas = ColourAtlas::new(&gpu.device, grid, ColourFormat::Rgba8);
-        let derive = DeriveColoursPass::new(&gpu.device, &atlas);
-        let mut stream = PageStream::new(layout.clone(), grid.columns * grid.rows, 1_000);
+        let (slots, texels) = ((ATLAS_COLUMNS, rows), TILE + 2 * GUTTER);
+        let atlas = PageAtlas::new(&gpu, slots, texels, ColourFormat::Rgba8).unwrap();
+        let mut stream = PageStream::new(layout.clone(), ATLAS_COLUMNS * rows, 1_000);
         stream.request(&wanted);
         for page in stream.to_load().to_vec() {
             stream.loaded(page, page_content(&layout, page));
         }
         let uploads = stream.upload(u64::MAX, |_| 1);
         let mut pages = PageBindings::new(&gpu.device, &layout, &atlas);
-        for upload in &uploads {
-            atlas.upload(&gpu.queue, upload.slot, stream.payload(upload.page).unwrap());
-        }
         while is_settled && stream.is_fading() {
             stream.advance_fades();
         }
         pages.set_entries(&gpu.queue, &stream.take_changed());
-        pages.set_uniforms(&gpu.queue, &PageTableUniforms::new(&layout, &grid, [bias, bias]));
+        pages
+            .set_uniforms(&gpu.queue, &PageTableUniforms::new(&layout, atlas.grid(), [bias, bias]));
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let slots = uploads.iter().map(|upload| upload.slot).collect::<Vec<_>>();
-        derive.record(&mut encoder, &atlas, &slots);
+        let content = |upload: &PageUpload| (upload.slot, stream.payload(upload.page).unwrap());
+        let contents = uploads.iter().map(content).collect::<Vec<_>>();
+        atlas.upload(&gpu.queue, &mut encoder, &contents);
         gpu.queue.submit([encoder.finish()]);
         Self { gpu, layout, stream, pages }
     }
