@@ -117,13 +117,12 @@ impl AnalyticSource {
         let mut source = Self::new(surface, centre, equator_m, levels)
             .with_surface_about(DVec2::ZERO)
             .with_tile_sizes(tile_sizes);
-        let half = dvec2(0.5, 0.25) * equator_m;
         source.manifest.shape = Shape::Globe;
         source.manifest.crs =
             Crs { epsg: Some(PlateCarree::EPSG), name: "WGS 84 / Plate Carree".to_owned() };
-        source.manifest.data_extent = Extent::new(-half, half);
+        source.manifest.data_extent = PlateCarree::extent();
         // Over the globe; below the root's middle there is nothing.
-        let range = source.surface.range_within(half);
+        let range = source.surface.range_within(PlateCarree::extent().max);
         source.manifest.heights.has_voids = false;
         source.manifest.heights.range = range;
         source.manifest.heights.ranges = HeightRanges { levels: vec![vec![Some(range)]] };

@@ -9,7 +9,7 @@ use super::gpu;
 use super::page_table::read_buffer;
 use super::random_field::Random;
 use crate::CameraView;
-use crate::dataset::ColourFormat;
+use crate::dataset::{ColourFormat, Shape};
 use crate::frame_setup::NEAR_PLANE_M;
 use crate::geodesy::{Geodetic, PlateCarree, Wgs84};
 use crate::gpu::displace_pass::bind_buffers;
@@ -20,7 +20,7 @@ use crate::gpu::{
 };
 use crate::residency::page_table::PageLayout;
 use crate::surface::globe::{GlobeAir, GlobeGround, SplitPlace};
-use crate::tiling::{Extent, TilingScheme};
+use crate::tiling::TilingScheme;
 
 /// The globe's texture: 2^18 texels round.
 const TEXELS: f64 = 262_144.0;
@@ -68,9 +68,9 @@ struct Stage {
 impl Stage {
     fn new(gpu: GpuContext) -> Self {
         let device = &gpu.device;
-        let scheme = TilingScheme { origin: dvec2(-0.5, 0.25) * EQUATOR_M, root_size_m: EQUATOR_M };
-        let half = dvec2(0.5, 0.25) * EQUATOR_M;
-        let layout = PageLayout::of_ground(&scheme, &Extent::new(-half, half), 9, (512, 4));
+        let scheme = PlateCarree::scheme();
+        let ground = (&PlateCarree::extent(), Shape::Globe);
+        let layout = PageLayout::of_ground(&scheme, ground, 9, (512, 4));
         let (frame, globe) = (FrameGroup::new(device), GlobeGroup::new(device));
         let atlas = PageAtlas::new(&gpu, (1, 1), 520, ColourFormat::Rgba8).unwrap();
         let mut pages = PageBindings::new(device, &layout, &atlas);

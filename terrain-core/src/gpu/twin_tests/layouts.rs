@@ -170,7 +170,7 @@ fn structs_of_the_clipmap_have_the_same_members_offsets_and_sizes() {
 #[test]
 fn structs_of_the_page_table_have_the_same_members_offsets_and_sizes() {
     let table = offsets!(PageTableUniforms: columns, rows, tile_texels, gutter_texels, coarsest_level,
-        first_resident_level, padding, data_first, data_end, uv_per_texel, request_bias,
+        first_resident_level, round_texels, padding, data_first, data_end, uv_per_texel, request_bias,
         lookup_bias, level_starts);
     let size = size_of::<PageTableUniforms>() as u32;
     assert_eq!(wgsl_layout(&PAGE_TERRAIN, "PageTable"), (table, size));

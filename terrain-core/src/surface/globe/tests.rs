@@ -11,10 +11,8 @@ use crate::dataset::{HeightSamples, HeightTile};
 use crate::geodesy::{Geodetic, PlateCarree, Wgs84};
 use crate::tiling::{LayerLayout, TileId, TilingScheme};
 
-const EQUATOR_M: f64 = PlateCarree::EQUATOR_M;
-
 fn scheme() -> TilingScheme {
-    TilingScheme { origin: dvec2(-0.5, 0.25) * EQUATOR_M, root_size_m: EQUATOR_M }
+    PlateCarree::scheme()
 }
 
 const LAYOUT: LayerLayout = LayerLayout { tile_size_texels: 64, gutter_texels: 4, level_count: 2 };
