@@ -259,8 +259,11 @@ impl TerrainRenderer {
             timestamps: timer.last_pass(measuring),
         };
         let cx = FrameContext { gpu, settings, ledger, frame: *frame };
-        picture
-            .record(&gpu.device, encoder, kind, target, |pass| method.draw(&cx, pass, kind, scene));
+        let has_own_sky = method.draws_sky();
+        picture.record(&gpu.device, encoder, kind, target, |pass| {
+            let frame = method.draw(&cx, pass, kind, scene);
+            (!has_own_sky).then_some(frame)
+        });
         self.drawn = Some(*scene);
     }
 

@@ -2,7 +2,7 @@
 
 use egui::{Align2, Color32, Grid, RichText, Slider, SliderClamping, Ui};
 use glam::DVec3;
-use terrain_core::dataset::Manifest;
+use terrain_core::dataset::{Manifest, Shape};
 use terrain_core::gpu::DebugImage;
 use terrain_core::residency::page_table::{FaceCulling, PageFeedback};
 use terrain_core::selection::{Shortening, Strategy, Visibility};
@@ -86,7 +86,12 @@ impl Panel<'_> {
     }
 
     fn place(&self, ui: &mut Ui) {
-        ui.label(format!("x {:.0}   y {:.0}", self.eye.x, self.eye.y));
+        let shape = self.manifest.shape;
+        let place = shape.user_from_world(self.eye.truncate());
+        ui.label(match shape {
+            Shape::Plane => format!("x {:.0}   y {:.0}", place.x, place.y),
+            Shape::Globe => format!("longitude {:.4}°   latitude {:.4}°", place.x, place.y),
+        });
         ui.label(format!(
             "height {}   above ground {}",
             metres(self.eye.z),

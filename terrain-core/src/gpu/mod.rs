@@ -21,6 +21,7 @@ mod displaced_mesh;
 mod frame_bindings;
 mod frame_group;
 mod frame_uniforms;
+mod globe;
 mod ground_pipeline;
 mod height_atlas;
 mod limit_surface_buffers;
@@ -71,6 +72,10 @@ pub(crate) use debug_image_pass::{DebugImagePass, DebugImageSource};
 pub(crate) use frame_bindings::FrameBindings;
 pub(crate) use frame_group::FrameGroup;
 pub use frame_uniforms::{FrameUniforms, TableRange};
+pub(crate) use globe::{
+    DrawnPatch, GlobeBindings, GlobeGroup, GlobePass, GlobePassSettings, GlobeRequestPass,
+    GlobeUniforms, PatchBuffers, draw_globe_coordinates,
+};
 pub use limit_surface_pass::{LimitGpuColour, LimitGpuPicture, LimitSurfacePass};
 pub(crate) use manage_tiles_pass::LayerDeliveries;
 pub(crate) use offscreen_target::read_texture;

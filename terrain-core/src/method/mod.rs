@@ -8,6 +8,7 @@ mod cached_tiles;
 mod clipmap;
 mod cpu_mesh;
 mod drawn_tiles;
+mod globe;
 mod gpu_tile_scheduling;
 mod page_table;
 mod paged_texture;
@@ -21,11 +22,12 @@ use glam::DVec2;
 
 use self::clipmap::Clipmap;
 use self::cpu_mesh::CpuMesh;
+use self::globe::Globe;
 use self::gpu_tile_scheduling::GpuTileScheduling;
 use self::page_table::PageTable;
 use self::tile_scheduling::TileScheduling;
 use crate::CameraView;
-use crate::dataset::TileSource;
+use crate::dataset::{Shape, TileSource};
 use crate::gpu::{DebugImage, FrameGroup, GpuContext, TargetKind};
 use crate::measure::{FrameLedger, FrameRecord};
 use crate::renderer_settings::RendererSettings;
@@ -121,6 +123,11 @@ pub(crate) trait TerrainMethod {
         target: TargetKind,
         scene: &SceneState,
     ) -> &FrameGroup;
+
+    /// Whether [`Self::draw`] draws what is behind the terrain as well.
+    fn draws_sky(&self) -> bool {
+        false
+    }
 
     /// After the frame's commands have been submitted.
     fn after_submit(&mut self, _frame: u64, _view: &CameraView) {}
@@ -223,6 +230,9 @@ pub(crate) fn open_method(
         MethodKind::GpuTileScheduling => Ok(Box::new(GpuTileScheduling::open(cx, source, tree)?)),
         MethodKind::CpuMesh => Ok(Box::new(CpuMesh::open(cx, source, tree)?)),
         MethodKind::Clipmap => Ok(Box::new(Clipmap::open(cx, source, tree)?)),
-        MethodKind::PageTable => Ok(Box::new(PageTable::open(cx, source, tree)?)),
+        MethodKind::PageTable => match source.manifest().shape {
+            Shape::Plane => Ok(Box::new(PageTable::open(cx, source, tree)?)),
+            Shape::Globe => Ok(Box::new(Globe::open(cx, source, tree)?)),
+        },
     }
 }

@@ -2,6 +2,7 @@ use std::mem::offset_of;
 
 use encase::ShaderType;
 
+use super::globe::{GlobeProbeAnswer, GlobeProbePoint};
 use super::page_table::{PageProbeAnswer, PageProbePoint};
 use crate::RendererSettings;
 use crate::dataset::HeightSamples;
@@ -18,18 +19,20 @@ use crate::gpu::seen_ground_buffer::SeenGroundBuffer;
 use crate::gpu::select_tiles_pass::SelectTilesPass;
 use crate::gpu::shader_library::{
     ALL, BUILD_TILE_TABLE, CLIPMAP, CLIPMAP_HEIGHTS, DERIVE_HEIGHTS, DISPLACE, GATHER_PAGES,
-    HALVE_DEPTH, LIMIT_SURFACE, MANAGE_TILES, MAP_GROUND, MARK_SEEN_TILES, MERGE_TILES, PAGE_PROBE,
-    PAGE_TERRAIN, PLACE_TILES, PRECISION_ENCODINGS, PRECISION_FLOATS, PRECISION_SPAN,
-    REDUCE_REGION, SAMPLE_PAGES, SUBDIVIDE_TILES, Shader, TERRAIN, WITH_OTHER_FLOATS,
+    GLOBE_PROBE, HALVE_DEPTH, LIMIT_SURFACE, MANAGE_TILES, MAP_GROUND, MARK_SEEN_TILES,
+    MERGE_TILES, PAGE_PROBE, PAGE_TERRAIN, PLACE_TILES, PRECISION_ENCODINGS, PRECISION_FLOATS,
+    PRECISION_SPAN, REDUCE_REGION, SAMPLE_PAGES, SUBDIVIDE_TILES, Shader, TERRAIN,
+    WITH_OTHER_FLOATS,
 };
 use crate::gpu::tile_report::TileReport;
 use crate::gpu::{
-    CoordinatePass, FrameUniforms, MipRange, PageGround, PageTableUniforms, TableRange,
-    TextureMapUniforms, TileEntry, TilePlace,
+    CoordinatePass, FrameUniforms, GlobeUniforms, MipRange, PageGround, PageTableUniforms,
+    TableRange, TextureMapUniforms, TileEntry, TilePlace,
 };
 use crate::precision::encodings::{Decoded, EncodedPoint};
 use crate::residency::page_table::PageRequest;
 use crate::selection::{LISTED_AT_MOST, SeenTiles, SelectionParams};
+use crate::surface::globe::SplitPlace;
 use crate::surface::{ClipBlock, MeshVertex};
 
 fn parse(shader: &Shader) -> naga::Module {
@@ -168,7 +171,7 @@ fn structs_of_the_clipmap_have_the_same_members_offsets_and_sizes() {
 #[test]
 fn structs_of_the_page_table_have_the_same_members_offsets_and_sizes() {
     let table = offsets!(PageTableUniforms: columns, rows, tile_texels, gutter_texels, coarsest_level,
-        first_resident_level, padding, data_first, data_end, uv_per_texel, request_bias,
+        first_resident_level, round_texels, padding, data_first, data_end, uv_per_texel, request_bias,
         lookup_bias, level_starts);
     let size = size_of::<PageTableUniforms>() as u32;
     assert_eq!(wgsl_layout(&PAGE_TERRAIN, "PageTable"), (table, size));
@@ -205,6 +208,33 @@ fn structs_of_the_page_table_have_the_same_members_offsets_and_sizes() {
     {
         assert_eq!(wgsl_constant(&PAGE_PROBE, name), naga::Literal::I32(steps), "{name}");
     }
+}
+
+#[test]
+fn structs_of_the_globe_have_the_same_members_offsets_and_sizes() {
+    let point = offsets!(GlobeProbePoint: coarse, height_m, fine, padding);
+    let size = size_of::<GlobeProbePoint>() as u32;
+    assert_eq!(wgsl_layout(&GLOBE_PROBE, "GlobeProbePoint"), (point, size));
+    let answer = offsets!(GlobeProbeAnswer: clip, relative_m, cos_latitude, texel, part, east,
+        texels_per_m_east, north, texels_per_m_south, clear, padding, sky, padding_too);
+    let size = size_of::<GlobeProbeAnswer>() as u32;
+    assert_eq!(wgsl_layout(&GLOBE_PROBE, "GlobeProbeAnswer"), (answer, size));
+    let (members, size) = wgsl_layout(&GLOBE_PROBE, "Globe");
+    let names = members.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>();
+    assert_eq!(names, GlobeUniforms::MEMBER_NAMES);
+    for (index, (name, offset)) in members.iter().enumerate() {
+        let here = GlobeUniforms::METADATA.offset(index);
+        assert_eq!(u64::from(*offset), here, "{name}");
+    }
+    assert_eq!(u64::from(size), GlobeUniforms::BYTES);
+    assert_eq!(
+        wgsl_constant(&GLOBE_PROBE, "COARSE_M"),
+        naga::Literal::F32(SplitPlace::COARSE_M as f32)
+    );
+    assert_eq!(
+        wgsl_constant(&GLOBE_PROBE, "FINE_M"),
+        naga::Literal::F32(SplitPlace::FINE_M as f32)
+    );
 }
 
 #[test]

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a step that fails fails the test")]
 
 mod derived_mips;
+mod globe;
 mod layouts;
 mod mesh;
 mod page_table;

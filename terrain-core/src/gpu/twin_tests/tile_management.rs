@@ -5,7 +5,7 @@ use glam::{DVec2, dvec2};
 use super::random_field::Random;
 use super::sampling::LAYOUT;
 use super::{gpu, mapped};
-use crate::dataset::{ColourFormat, HeightRange, HeightRanges};
+use crate::dataset::{ColourFormat, HeightRange, HeightRanges, Shape};
 use crate::gpu::frame_bindings::FrameBindings;
 use crate::gpu::manage_tiles_pass::{LayerDeliveries, ManageTilesPass, Slot};
 use crate::gpu::offset_table_buffer::{TileEntry, TilePlace, ToldFrom};
@@ -44,6 +44,7 @@ fn random_tree(random: &mut Random, scheme: TilingScheme) -> TileTree {
     TileTree {
         scheme,
         data_extent: scheme.root_extent(),
+        shape: Shape::Plane,
         heights: LayerTree { layout: LAYOUT, present: heights },
         colours: Some(LayerTree {
             layout: COLOUR_LAYOUT,

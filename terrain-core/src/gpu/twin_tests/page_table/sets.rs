@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use glam::{DVec2, Vec2, dvec2};
 
-use super::{MOST_TAPS, PageProbePoint, Stage, mapped};
+use super::{MOST_TAPS, PageProbePoint, Stage, layout, mapped};
 use crate::gpu::page_table::{GatherPagesPass, PageMarks, RequestImage, SamplePagesPass};
 use crate::gpu::read_texture;
 use crate::gpu::twin_tests::gpu;
@@ -88,7 +88,7 @@ fn single_steps(asked: &PagesAsked) -> BTreeSet<(PageId, u32)> {
 #[test]
 fn the_list_the_whole_image_and_brute_force_give_the_same_pages() {
     let Some(gpu) = gpu() else { return };
-    let stage = Stage::new(gpu, 0.0, true);
+    let stage = Stage::new(gpu, layout(), 0.0, true);
     let pixels = slanted_plane();
     let image = request_image(&stage, &pixels);
 
@@ -134,7 +134,7 @@ fn the_list_the_whole_image_and_brute_force_give_the_same_pages() {
 #[test]
 fn one_pixel_of_each_block_sees_a_part_and_all_of_them_in_turn_everything() {
     let Some(gpu) = gpu() else { return };
-    let stage = Stage::new(gpu, 0.0, true);
+    let stage = Stage::new(gpu, layout(), 0.0, true);
     let image = request_image(&stage, &slanted_plane());
     let texels = read_texture(&stage.gpu, &image.texture, IMAGE_PX, RequestImage::TEXEL_BYTES);
     let texels = bytemuck::pod_collect_to_vec::<u8, PageRequest>(&texels.unwrap());
