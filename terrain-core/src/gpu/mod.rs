@@ -29,6 +29,7 @@ mod limit_surface_pass;
 mod manage_tiles_pass;
 mod mark_seen_tiles_pass;
 mod mesh_buffers;
+mod objects;
 mod offscreen_target;
 mod offset_table_buffer;
 mod page_table;
@@ -78,6 +79,10 @@ pub(crate) use globe::{
 };
 pub use limit_surface_pass::{LimitGpuColour, LimitGpuPicture, LimitSurfacePass};
 pub(crate) use manage_tiles_pass::LayerDeliveries;
+pub(crate) use objects::{
+    ModelRun, ObjectBindings, ObjectBuffers, ObjectMaterial, ObjectPass, ObjectPassSettings,
+    ObjectRequestPass,
+};
 pub(crate) use offscreen_target::read_texture;
 pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
 pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};

@@ -84,6 +84,19 @@ pub static MAP_GROUND: Shader = shader!(
 pub static HALVE_DEPTH: Shader = shader!("halve_depth");
 /// The page table's functions by themselves, so that they can be compared with their twins on the CPU.
 pub static PAGE_PROBE: Shader = shader!("page_probe", "page_table", "page_request", "page_colour");
+/// The picture of models.
+pub static OBJECTS: Shader = shader!(
+    "objects",
+    "frame",
+    "page_table",
+    "page_colour",
+    "object",
+    "atmosphere",
+    "ground_light"
+);
+/// What pages of their virtual texture the pixels of models ask for.
+pub static OBJECT_REQUESTS: Shader =
+    shader!("object_requests", "frame", "page_table", "page_request", "object");
 /// The picture of a mesh made on the CPU for the view.
 pub static VIEW_MESH: Shader = shader!(
     "view_mesh",
@@ -210,7 +223,7 @@ pub static PRECISION_NATIVE_F64: Shader = shader!("precision_native", "real_f64"
 pub static PRECISION_NATIVE_F16: Shader = shader!("precision_native", "real_f16");
 
 /// Every shader of the library that needs no optional feature, for tests that look at all of them.
-pub static ALL: [&Shader; 42] = [
+pub static ALL: [&Shader; 44] = [
     &DISPLACE,
     &SORT_TRIANGLES,
     &TERRAIN,
@@ -221,6 +234,8 @@ pub static ALL: [&Shader; 42] = [
     &HALVE_DEPTH,
     &SAMPLE_PAGES,
     &PAGE_PROBE,
+    &OBJECTS,
+    &OBJECT_REQUESTS,
     &VIEW_MESH,
     &VIEW_MESH_COORDINATES,
     &VIEW_MESH_UPDATE,

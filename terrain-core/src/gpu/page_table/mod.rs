@@ -19,10 +19,10 @@ pub(crate) use ground_pass::{
 pub(crate) use page_atlas::PageAtlas;
 pub(crate) use page_bindings::{PageBindings, PageTableUniforms};
 pub(crate) use page_ground::{PageGround, PageGroundGroup};
+pub(crate) use page_marks::PageMarks;
 pub(super) use request_image::RequestImage;
 
 #[cfg(test)]
 pub(super) use gather_pass::GatherPagesPass;
-pub(crate) use page_marks::PageMarks;
 #[cfg(test)]
 pub(super) use sample_pass::SamplePagesPass;
