@@ -3,15 +3,10 @@
 use std::path::Path;
 
 use anyhow::{bail, ensure};
-use terrain_core::dataset::{Manifest, TileSource};
+use terrain_core::dataset::{Manifest, Shape, TileSource};
 use terrain_core::measure::{Flight, FlightGround, PlannedFlight};
 
 use crate::ground::Ground;
-
-/// The dataset's CRS as flight files name it.
-pub fn crs_code(manifest: &Manifest) -> String {
-    manifest.crs.epsg.map_or_else(|| manifest.crs.name.clone(), |code| format!("EPSG:{code}"))
-}
 
 /// The flight of this name over the dataset: a file, or where there is no such file one that is made
 /// for the dataset, over heights as they are drawn.
@@ -39,7 +34,7 @@ pub fn find(name: &Path, source: &dyn TileSource, exaggeration: f64) -> anyhow::
 /// Where the file is no flight, or one in another CRS than the dataset's.
 pub fn read(path: &Path, manifest: &Manifest) -> anyhow::Result<Flight> {
     let flight = Flight::read(path)?;
-    let wanted = crs_code(manifest);
+    let wanted = manifest.user_crs();
     ensure!(
         flight.crs() == wanted,
         "{}: the flight is in {}, the dataset in {wanted} (record one over this dataset)",
@@ -64,11 +59,10 @@ pub fn plan(
         ground.height_about_m(point, spacing_m).map(|height_m| height_m * exaggeration)
     };
     let layout = &manifest.heights.layout;
-    let ground = FlightGround {
-        crs: crs_code(manifest),
-        extent: manifest.data_extent,
-        sample_m: layout.texel_size_m(&manifest.scheme, layout.finest_level()),
-        height_m: &height_m,
-    };
-    Ok(planned.over(&ground)?)
+    let sample_m = layout.texel_size_m(&manifest.scheme, layout.finest_level());
+    if manifest.shape == Shape::Globe {
+        return Ok(planned.over_globe(sample_m, &height_m)?);
+    }
+    let (crs, extent) = (manifest.user_crs(), manifest.data_extent);
+    Ok(planned.over(&FlightGround { crs, extent, sample_m, height_m: &height_m })?)
 }

@@ -4,6 +4,7 @@ mod arg_values;
 mod cli;
 mod commands;
 mod demo;
+mod detail_args;
 mod display;
 mod drawing_args;
 mod flight_summary;

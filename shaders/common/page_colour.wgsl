@@ -43,14 +43,17 @@ fn sample_page(found: FoundPage, place: TexturePlace, level: f32) -> vec4<f32> {
     let gutter = f32(pages.gutter_texels);
     let size = f32(pages.tile_texels);
     // Half a texel of the coarsest mip stays inside the gutter, and half a texel of the page inside the data,
-    // whose outermost texels go on to the very edge.
+    // whose outermost texels go on to the very edge. Where the texture goes round, the gutter holds what comes next.
     let margin = gutter - 0.5 * exp2(ceil(mip));
     let corner = page_corner(found.level, found.page);
     let scale = level_scale(found.level);
     let data_first = vec2<f32>(pages.data_first - corner) * scale + 0.5;
     let data_end = vec2<f32>(pages.data_end - corner) * scale - 0.5;
-    let first = max(vec2<f32>(-margin), data_first);
-    let end = max(min(vec2<f32>(size + margin), data_end), first);
+    let is_bounded = vec2<bool>(pages.round_texels == 0, true);
+    let outer_first = vec2<f32>(-margin);
+    let outer_end = vec2<f32>(size + margin);
+    let first = select(outer_first, max(outer_first, data_first), is_bounded);
+    let end = max(select(outer_end, min(outer_end, data_end), is_bounded), first);
     let inside = clamp(place_in_page(place, found.level, found.page), first, end);
     let slot = vec2<f32>(vec2<u32>(found.word & 0xffu, (found.word >> 8u) & 0xffu));
     let texel = slot * (size + 2.0 * gutter) + gutter + inside;

@@ -11,7 +11,9 @@ struct PageTable {
     coarsest_level: u32,
     // From this level on all pages are always resident.
     first_resident_level: u32,
-    padding: vec2<u32>,
+    // Texels of level 0 once round, where what leaves the texture in the east comes back in the west; 0 where it ends.
+    round_texels: i32,
+    padding: u32,
     // First texel of level 0 that holds data, and the one after the last.
     data_first: vec2<i32>,
     data_end: vec2<i32>,
@@ -41,10 +43,24 @@ struct TexturePlace {
     part: vec2<f32>,
 }
 
-// The place so many texels of level 0 from a texel's north-west corner.
+// The texel that stands for this one: where the texture goes round, the same in its own turn.
+fn turned(texel: vec2<i32>) -> vec2<i32> {
+    let round = pages.round_texels;
+    if round == 0 {
+        return texel;
+    }
+    // A quotient in floats is one off at the most, which saves a division of integers: those are dear.
+    var x = texel.x - i32(floor(f32(texel.x) / f32(round))) * round;
+    x += select(0, round, x < 0);
+    x -= select(0, round, x >= round);
+    return vec2<i32>(x, texel.y);
+}
+
+// The place so many texels of level 0 from a texel's north-west corner; where the texture goes round, in its own
+// turn.
 fn place_from(texel: vec2<i32>, offset_texels: vec2<f32>) -> TexturePlace {
     let whole = floor(offset_texels);
-    return TexturePlace(texel + vec2<i32>(whole), offset_texels - whole);
+    return TexturePlace(turned(texel + vec2<i32>(whole)), offset_texels - whole);
 }
 
 // The place at texture coordinates (s, t), both from 0 to 1 over all that holds data.
@@ -55,9 +71,9 @@ fn place_at(st: vec2<f32>) -> TexturePlace {
 // The page of level 0 (column, row) that holds the place. Places beyond the texture belong to its outermost
 // pages, so that s = 1 and t = 1 have one.
 fn finest_page(place: TexturePlace) -> vec2<u32> {
-    // A quotient in floats is one off at the most, which saves a division of integers: those are dear.
     let texel = max(place.texel, vec2<i32>(0));
     let tile = i32(pages.tile_texels);
+    // One off at the most, as in `turned`.
     var page = vec2<i32>(vec2<f32>(texel) / f32(tile));
     page -= select(vec2<i32>(0), vec2<i32>(1), page * tile > texel);
     page += select(vec2<i32>(0), vec2<i32>(1), (page + 1) * tile <= texel);

@@ -6,7 +6,7 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::{DVec2, dvec2, dvec3};
 use terrain_core::CameraView;
-use terrain_core::dataset::{HeightRange, HeightRanges};
+use terrain_core::dataset::{HeightRange, HeightRanges, Shape};
 use terrain_core::residency::{OffsetTable, TileCache};
 use terrain_core::selection::{
     CoordinateImage, LayerTree, SeenGround, Selection, SelectionConfig, Strategy, TileTree,
@@ -40,6 +40,7 @@ fn tree() -> TileTree {
     TileTree {
         scheme,
         data_extent: scheme.root_extent(),
+        shape: Shape::Plane,
         heights: full_layer(128),
         colours: Some(full_layer(384)),
         height_ranges: HeightRanges { levels: vec![vec![range]] },

@@ -6,6 +6,11 @@ use std::sync::LazyLock;
 pub static LINEAR_FROM_CODE: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|code| linear_from_srgb(code as f64 / 255.0) as f32));
 
+/// The 8-bit code nearest to linear light, which is given in 65535ths.
+pub static CODE_FROM_LINEAR: LazyLock<[u8; 65536]> = LazyLock::new(|| {
+    std::array::from_fn(|linear| (255.0 * srgb_from_linear(linear as f64 / 65535.0)).round() as u8)
+});
+
 /// Linear light of an encoded value.
 pub fn linear_from_srgb(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }

@@ -27,6 +27,7 @@ use crate::method::{
     FrameContext, MethodKey, Moved, Objects, SceneState, TerrainMethod, open_method,
 };
 use crate::renderer_settings::RendererSettings;
+use crate::residency::page_table::PagesAsked;
 use crate::selection::{Selection, TileTree};
 use crate::surface::tin::TinGround;
 use crate::tiling::TileId;
@@ -150,6 +151,12 @@ impl TerrainRenderer {
     /// The tiles the last frame was drawn with.
     pub fn selection(&self) -> &Selection {
         self.method.selection()
+    }
+
+    /// The pages of the imagery's virtual texture that what came back last asked for, and how fine it wanted
+    /// them; `None` with strategies that have no such texture.
+    pub fn pages_asked(&self) -> Option<PagesAsked> {
+        self.method.pages_asked()
     }
 
     /// Takes what went wrong with single tiles since the last call, in words. A coarser tile shows
@@ -323,12 +330,13 @@ impl TerrainRenderer {
             timestamps: timer.last_pass(measuring),
         };
         let cx = FrameContext { gpu, settings, ledger, frame: *frame };
+        let has_own_sky = method.draws_sky();
         picture.record(&gpu.device, encoder, kind, target, |pass| {
-            let group = method.draw(&cx, pass, kind, scene);
+            let frame = method.draw(&cx, pass, kind, scene);
             if let Some(objects) = objects {
                 objects.draw(&cx, pass, kind, scene);
             }
-            group
+            (!has_own_sky).then_some(frame)
         });
         self.drawn = Some(*scene);
         self.drawn_objects = self.objects_version();

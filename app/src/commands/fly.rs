@@ -13,6 +13,7 @@ use terrain_core::measure::{Flight, FrameRecord, PlannedFlight};
 use terrain_core::selection::Strategy;
 
 use crate::demo::Demo;
+use crate::detail_args::DetailArgs;
 use crate::drawing_args::{DrawingArgs, Size, strategies};
 use crate::flight_summary::FlightSummary;
 use crate::headless::{Headless, Pace};
@@ -29,6 +30,7 @@ Examples:
   terrain fly alps --flight valley
   terrain fly alps --strategy rtt-quadtree --compare cpu-frustum
   terrain fly alps --flight recorded.json --headless --csv frames.csv
+  terrain fly earth --strategy page-table --detail 10
   terrain fly alps --headless --settle --frames-at 24 --out pictures")]
 pub struct FlyArgs {
     /// The dataset: a folder made by terrain prepare [default: the demo]
@@ -80,6 +82,9 @@ pub struct FlyArgs {
     size: Size,
 
     #[command(flatten)]
+    detail: DetailArgs,
+
+    #[command(flatten)]
     scene: SceneArgs,
 
     #[command(flatten)]
@@ -108,13 +113,14 @@ pub fn run(args: &FlyArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
 fn open(args: &FlyArgs) -> anyhow::Result<Scene> {
     let Some(folder) = &args.dataset else {
         let Demo { source, title, exaggeration, flight } = Demo::open()?;
-        let settings = args.drawing.settings(exaggeration);
+        let source = args.detail.continued(source)?;
+        let settings = args.drawing.settings(source.manifest().shape, exaggeration);
         let flight = asked_flight(args, &*source, &settings)?.unwrap_or(flight);
         return Ok(Scene { source, title, settings, flight: Some(flight) });
     };
-    let source = Arc::new(Dataset::open(folder)?);
+    let source = args.detail.continued(Arc::new(Dataset::open(folder)?))?;
     let title = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
-    let settings = args.drawing.settings(1.0);
+    let settings = args.drawing.settings(source.manifest().shape, 1.0);
     let flight = asked_flight(args, &*source, &settings)?;
     Ok(Scene { source, title, settings, flight })
 }

@@ -7,7 +7,7 @@ use anyhow::bail;
 use clap::Args;
 use serde_json::json;
 use terrain_core::dataset::{
-    ColourLayer, Dataset, HeightLayer, Inspection, LevelInspection, Manifest, TileSource,
+    ColourLayer, Dataset, HeightLayer, Inspection, LevelInspection, Manifest, Shape, TileSource,
 };
 use terrain_core::tiling::TilingScheme;
 
@@ -65,11 +65,19 @@ fn text_of(manifest: &Manifest, inspection: &Inspection) -> Result<String, std::
     let size_km = extent.size_m() / 1000.0;
     let epsg = manifest.crs.epsg.map(|code| format!(" (EPSG:{code})")).unwrap_or_default();
     writeln!(text, "CRS       {}{epsg}", manifest.crs.name)?;
-    writeln!(
-        text,
-        "extent    x {:.3} .. {:.3}, y {:.3} .. {:.3} ({:.3} x {:.3} km)",
-        extent.min.x, extent.max.x, extent.min.y, extent.max.y, size_km.x, size_km.y
-    )?;
+    let [min, max] = [extent.min, extent.max].map(|corner| manifest.shape.user_from_world(corner));
+    match manifest.shape {
+        Shape::Plane => writeln!(
+            text,
+            "extent    x {:.3} .. {:.3}, y {:.3} .. {:.3} ({:.3} x {:.3} km)",
+            min.x, max.x, min.y, max.y, size_km.x, size_km.y
+        )?,
+        Shape::Globe => writeln!(
+            text,
+            "shape     the globe: longitude {:.0} .. {:.0}, latitude {:.0} .. {:.0} degrees",
+            min.x, max.x, min.y, max.y
+        )?,
+    }
     write_heights(&mut text, &manifest.heights, &manifest.scheme, &inspection.heights)?;
     if let Some(colours) = &manifest.colours {
         write_colours(&mut text, colours, &manifest.scheme, &inspection.colours)?;

@@ -266,6 +266,7 @@ struct Ground {
 impl Ground {
     fn open(folder: &Path, camera: &CameraSpec, size_px: [u32; 2]) -> anyhow::Result<Self> {
         let dataset = Dataset::open(folder)?;
+        let camera = camera.placed_on(dataset.manifest().shape)?;
         let path = folder.join(LIMIT_FILE);
         if !path.exists() {
             bail!("{}: not there; `terrain limit prepare` makes it", path.display());

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use terrain_core::dataset::{ColourEncoding, ColourFormat, HeightEncoding};
+use terrain_core::dataset::{ColourEncoding, ColourFormat, HeightEncoding, Shape};
 use terrain_core::prepare::{LayerSummary, PointOptions, PrepareRequest, PrepareSummary, prepare};
 use terrain_core::tiling::Extent;
 
@@ -21,13 +21,20 @@ Examples:
   terrain prepare --dem N46E007.hgt N46E008.hgt --out valais
   terrain prepare --dem survey-1.laz survey-2.laz --point-class 2,9 --out coast
   terrain prepare --dem etopo.tif --dom relief.jpg --dom-extent -180,-90,180,90 \\
-      --crs EPSG:4087 --out earth")]
+      --crs EPSG:4087 --out earth-map
+  terrain prepare --globe --dem etopo.tif --dom relief.jpg --out earth")]
 pub struct PrepareArgs {
     /// Height rasters (GeoTIFF, SRTM .hgt, grey PNG with a world file) and points (LAS, LAZ, and .csv,
     /// .xyz, .txt of x, y, height); the first one counts where they overlap. All points together make
     /// one surface, that of their natural neighbours
-    #[arg(long, value_name = "FILE", num_args = 1.., required = true)]
+    #[arg(long, value_name = "FILE", num_args = 1.., required_unless_present = "globe")]
     dem: Vec<PathBuf>,
+
+    /// Make the whole globe of rasters, best in longitude and latitude. Where they hold no heights, or none are given,
+    /// the ground is the ellipsoid; pictures without a georeference that are twice as wide as high are the whole
+    /// Earth
+    #[arg(long, conflicts_with_all = ["crs", "keep_voids"])]
+    globe: bool,
 
     /// LAS classes to take, such as 2 for ground or 2,9 [default: 2 if the file has any, else all]
     #[arg(long, value_name = "CLASS", value_delimiter = ',')]
@@ -42,7 +49,7 @@ pub struct PrepareArgs {
     point_crs: Option<u32>,
 
     /// Pictures (GeoTIFF, PNG or JPEG with a world file)
-    #[arg(long, value_name = "FILE", num_args = 1..)]
+    #[arg(long, value_name = "FILE", num_args = 1.., required_unless_present = "dem")]
     dom: Vec<PathBuf>,
 
     /// Folder to write the dataset to
@@ -140,6 +147,7 @@ pub fn run(args: PrepareArgs) -> anyhow::Result<()> {
 
 fn request_of(args: PrepareArgs) -> PrepareRequest {
     PrepareRequest {
+        shape: if args.globe { Shape::Globe } else { Shape::Plane },
         epsg: args.crs,
         points: PointOptions {
             classes: args.point_class,
@@ -174,7 +182,10 @@ fn text_of(summary: &PrepareSummary) -> Result<String, std::fmt::Error> {
     let manifest = &summary.manifest;
     writeln!(text, "CRS      {}", manifest.crs.name)?;
     let size_km = manifest.data_extent.size_m() / 1000.0;
-    writeln!(text, "ground   {:.1} x {:.1} km", size_km.x, size_km.y)?;
+    match manifest.shape {
+        Shape::Plane => writeln!(text, "ground   {:.1} x {:.1} km", size_km.x, size_km.y)?,
+        Shape::Globe => writeln!(text, "ground   the globe")?,
+    }
     let range = manifest.heights.range;
     writeln!(text, "heights  {:.1} .. {:.1} m", range.min_m, range.max_m)?;
     let mut texels =

@@ -6,12 +6,14 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::{ArgGroup, Args};
+use glam::dvec2;
 use terrain_core::dataset::{Dataset, TileSource};
 use terrain_core::gpu::AdapterChoice;
 use terrain_core::measure::{CameraSpec, FrameRecord};
 use terrain_core::reference::{ReferenceScene, ReferenceSettings, render_reference};
 use terrain_core::{CameraView, RendererSettings};
 
+use crate::detail_args::DetailArgs;
 use crate::drawing_args::{DrawingArgs, Size};
 use crate::ground::Ground;
 use crate::headless::{Headless, Pace};
@@ -30,6 +32,8 @@ Examples:
       --size 1280x720 --out view.png
   terrain render alps --camera x=463500,y=6820000,agl=800,heading=215,pitch=-12 \\
       --reference --out exact.png --coordinates exact.npy
+  terrain render earth --camera x=8.0,y=46.0,height=900000,pitch=-60 --out alps.png
+  terrain render earth --camera x=8.0,y=46.0,height=20000,pitch=-40 --detail 10 --out near.png
   terrain render alps --flight valley --at 7.5 --out valley.png
   terrain render alps --models village.json --camera x=463500,y=6820000,agl=80,pitch=-10 \\
       --out village.png")]
@@ -37,7 +41,7 @@ pub struct RenderArgs {
     /// The dataset: a folder made by terrain prepare
     dataset: PathBuf,
 
-    /// The camera: x=..,y=.. in the dataset's CRS, height=.. (metres above the datum) or agl=..
+    /// The camera: x=..,y=.. in the dataset's CRS (longitude and latitude in degrees for a globe), height=.. (metres above the datum) or agl=..
     /// (above the ground), heading=.. (degrees clockwise from north), pitch=.. (negative looks
     /// down), fov=.. (vertical, degrees)
     #[arg(
@@ -65,7 +69,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE.png")]
     out: Option<PathBuf>,
 
-    /// Write x, y, z of the ground at each pixel: float64 (height, width, 3), NaN where there is sky
+    /// Write x, y, z of the ground at each pixel: float64 (height, width, 3), NaN where there is sky; x and y as
+    /// a camera's are given
     #[arg(long, value_name = "FILE.npy")]
     coordinates: Option<PathBuf>,
 
@@ -87,6 +92,9 @@ pub struct RenderArgs {
     json: bool,
 
     #[command(flatten)]
+    detail: DetailArgs,
+
+    #[command(flatten)]
     scene: SceneArgs,
 
     #[command(flatten)]
@@ -95,10 +103,11 @@ pub struct RenderArgs {
 
 /// Draws the picture and writes what is asked for.
 pub fn run(args: &RenderArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
-    let source: Arc<dyn TileSource> = Arc::new(Dataset::open(&args.dataset)?);
+    let source = args.detail.continued(Arc::new(Dataset::open(&args.dataset)?))?;
     // One picture may take its time: drawn as on hardware, whatever the adapter.
-    let settings = args.drawing.settings(1.0).for_adapter(false);
+    let settings = args.drawing.settings(source.manifest().shape, 1.0).for_adapter(false);
     let view = view_of(args, &*source, settings.vertical_exaggeration)?;
+    let shape = source.manifest().shape;
     let drawn = match args.reference {
         true => trace(source, &view, &settings)?,
         false => draw(args, source, &view, adapter, settings)?,
@@ -108,7 +117,11 @@ pub fn run(args: &RenderArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
     }
     if let Some(path) = &args.coordinates {
         let [width, height] = args.size.0.map(|side| side as usize);
-        npy::write_f64(path, [height, width, 3], drawn.ground.into_iter().flatten())?;
+        let points = drawn.ground.into_iter().flat_map(|[x, y, z]| {
+            let place = shape.user_from_world(dvec2(x, y));
+            [place.x, place.y, z]
+        });
+        npy::write_f64(path, [height, width, 3], points)?;
     }
     if let Some(record) = drawn.record.filter(|_| args.json) {
         output::print(&(serde_json::to_string_pretty(&record)? + "\n"))?;
@@ -189,6 +202,8 @@ fn camera_view(
     source: &dyn TileSource,
     exaggeration: f64,
 ) -> anyhow::Result<CameraView> {
+    let shape = source.manifest().shape;
+    let camera = camera.placed_on(shape)?;
     let ground = Ground::new(source);
     let mut beside_data = None;
     let view = camera.view(args.size.0, |point| {
@@ -198,7 +213,10 @@ fn camera_view(
         }
         height_m.unwrap_or(0.0) * exaggeration
     });
-    let outside = beside_data.map(|point| format!("x={}, y={}", point.x, point.y));
+    let outside = beside_data.map(|point| {
+        let place = shape.user_from_world(point);
+        format!("x={}, y={}", place.x, place.y)
+    });
     match outside {
         None => Ok(view),
         Some(place) => {

@@ -1,6 +1,7 @@
 //! Recording a flight and playing one.
 
 use terrain_core::CameraView;
+use terrain_core::dataset::Shape;
 use terrain_core::measure::{Flight, FlightError, FlightRecorder};
 
 /// Frames a second that recorded flights ask for.
@@ -8,7 +9,8 @@ const RECORDED_FPS: f64 = 60.0;
 
 /// The flight at hand, and whether it is being played or another one recorded.
 pub struct FlightDeck {
-    crs: String,
+    /// What recorded flights are in, and over.
+    place: (String, Shape),
     flight: Option<Flight>,
     /// Seconds since the flight began to play.
     playing_s: Option<f64>,
@@ -22,9 +24,9 @@ struct Recording {
 }
 
 impl FlightDeck {
-    /// A deck for flights in this CRS, with a flight to play where there is one.
-    pub fn new(crs: String, flight: Option<Flight>) -> Self {
-        Self { crs, flight, playing_s: None, recording: None }
+    /// A deck for flights in this CRS over a dataset of this shape, with a flight to play where there is one.
+    pub fn new(place: (String, Shape), flight: Option<Flight>) -> Self {
+        Self { place, flight, playing_s: None, recording: None }
     }
 
     /// Whether there is a flight to play.
@@ -67,7 +69,7 @@ impl FlightDeck {
         if recording.recorder.is_empty() {
             return Ok(None);
         }
-        self.flight = Some(recording.recorder.finish(self.crs.clone(), RECORDED_FPS)?);
+        self.flight = Some(recording.recorder.finish(self.place.clone(), RECORDED_FPS)?);
         self.stop();
         Ok(self.flight.as_ref())
     }
@@ -112,7 +114,7 @@ mod tests {
 
     #[test]
     fn what_was_recorded_can_be_played() {
-        let mut deck = FlightDeck::new("EPSG:32632".to_owned(), None);
+        let mut deck = FlightDeck::new(("EPSG:32632".to_owned(), Shape::Plane), None);
         assert!(!deck.play(), "there is no flight yet");
         deck.record();
         for step in 0..=40 {
@@ -131,7 +133,7 @@ mod tests {
 
     #[test]
     fn ending_without_a_frame_leaves_the_old_flight() {
-        let mut deck = FlightDeck::new("EPSG:32632".to_owned(), None);
+        let mut deck = FlightDeck::new(("EPSG:32632".to_owned(), Shape::Plane), None);
         deck.record();
         assert!(deck.finish_recording().unwrap().is_none());
         assert!(!deck.is_recording() && !deck.has_flight());

@@ -21,7 +21,6 @@ use super::surface::WindowSurface;
 use super::texture_view::TextureView;
 use super::ui_layer::UiLayer;
 use super::window_input::Pointer;
-use crate::flights;
 
 /// Size of a new window, in points.
 const FIRST_SIZE: LogicalSize<f64> = LogicalSize::new(1280.0, 720.0);
@@ -190,8 +189,9 @@ fn first_controls(options: &ViewerOptions, viewport_px: [u32; 2]) -> CameraContr
 }
 
 fn first_deck(options: &ViewerOptions) -> FlightDeck {
-    let crs = flights::crs_code(options.source.manifest());
-    let mut deck = FlightDeck::new(crs, options.flight.clone());
+    let manifest = options.source.manifest();
+    let place = (manifest.user_crs(), manifest.shape);
+    let mut deck = FlightDeck::new(place, options.flight.clone());
     if options.plays_at_once {
         deck.play();
     }

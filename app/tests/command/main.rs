@@ -8,6 +8,7 @@ mod compare;
 mod documents;
 mod drawing;
 mod flights;
+mod globe;
 mod harness;
 mod precision;
 #[cfg(unix)]

@@ -2,7 +2,8 @@ use std::path::{Path, PathBuf};
 
 use super::archive_reader::ArchiveReader;
 use super::codec::{decode_colours, decode_heights};
-use super::{ColourTile, HeightTile, LoadError, Loaded, Manifest, TileSource};
+use super::{ColourTile, HeightTile, LoadError, Loaded, Manifest, Shape, TileSource};
+use crate::geodesy::PlateCarree;
 use crate::tiling::{MAX_LEVEL, TileId, TileSet};
 
 /// Name of the manifest in a dataset's folder.
@@ -163,6 +164,11 @@ fn check(manifest: &Manifest) -> Result<(), String> {
     let scheme = &manifest.scheme;
     if !(scheme.origin.is_finite() && scheme.root_size_m.is_finite() && scheme.root_size_m > 0.0) {
         return Err("the root tile has no valid place or size".to_owned());
+    }
+    let lies_on_globe =
+        *scheme == PlateCarree::scheme() && manifest.data_extent == PlateCarree::extent();
+    if manifest.shape == Shape::Globe && !lies_on_globe {
+        return Err("a globe whose tiles do not lie round the Earth".to_owned());
     }
     let layouts = std::iter::once(manifest.heights.layout)
         .chain(manifest.colours.as_ref().map(|layer| layer.layout));

@@ -1,6 +1,8 @@
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::{ColourFormat, HeightRange};
+use crate::geodesy::{CoordinateSystem, PlateCarree};
 use crate::tiling::{Extent, LayerLayout, TileId, TilingScheme};
 
 /// What `manifest.json` says of a dataset.
@@ -30,6 +32,16 @@ pub struct Manifest {
 impl Manifest {
     /// The version this program writes and reads.
     pub const VERSION: u32 = 1;
+
+    /// The CRS in which people give and read places, as flight files name it: such as `EPSG:32632`, and
+    /// longitude and latitude for a globe.
+    pub fn user_crs(&self) -> String {
+        match (self.shape, self.crs.epsg) {
+            (Shape::Globe, _) => format!("EPSG:{}", CoordinateSystem::WGS84),
+            (Shape::Plane, Some(code)) => format!("EPSG:{code}"),
+            (Shape::Plane, None) => self.crs.name.clone(),
+        }
+    }
 }
 
 /// What the ground of a dataset lies on.
@@ -43,6 +55,29 @@ pub enum Shape {
     /// square of the equator's length a side, whose upper half is the data: what leaves a level's tiles in the
     /// east comes back in the west.
     Globe,
+}
+
+impl Shape {
+    /// The place, in metres of the dataset's CRS, of one as people give and read it: in the same metres on a plane,
+    /// longitude and latitude in degrees on a globe. Longitudes may be any number of turns; the metres are of the one
+    /// from the date line on.
+    pub fn world_from_user(self, position: DVec2) -> DVec2 {
+        match self {
+            Self::Plane => position,
+            Self::Globe => {
+                let longitude_deg = (position.x + 180.0).rem_euclid(360.0) - 180.0;
+                PlateCarree::metres_from_degrees(DVec2::new(longitude_deg, position.y))
+            }
+        }
+    }
+
+    /// The reverse of [`Self::world_from_user`].
+    pub fn user_from_world(self, position: DVec2) -> DVec2 {
+        match self {
+            Self::Plane => position,
+            Self::Globe => PlateCarree::degrees_from_metres(position),
+        }
+    }
 }
 
 /// A projected coordinate reference system in metres.

@@ -10,6 +10,7 @@ mod block_decode;
 pub mod codec;
 mod dataset_folder;
 mod delayed_source;
+mod detailed_source;
 mod height_lookup;
 mod inspection;
 mod manifest;
@@ -19,6 +20,7 @@ mod tile_source;
 pub use archive_writer::{ArchiveWriteError, ArchiveWriter};
 pub use dataset_folder::{COLOURS_FILE, Dataset, HEIGHTS_FILE, MANIFEST_FILE, OpenError};
 pub use delayed_source::DelayedSource;
+pub use detailed_source::{DetailError, DetailedSource};
 pub use inspection::{Inspection, LevelInspection};
 pub use manifest::{
     ColourEncoding, ColourLayer, Crs, HeightEncoding, HeightLayer, HeightRanges, Manifest, Shape,

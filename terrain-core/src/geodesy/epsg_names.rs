@@ -18,6 +18,7 @@ const COMMON: &[(u32, &str)] = &[
     (5070, "NAD83 / Conus Albers"),
     (6933, "WGS 84 / NSIDC EASE-Grid 2.0 Global"),
     (27700, "OSGB36 / British National Grid"),
+    (32662, "WGS 84 / Plate Carree"),
 ];
 
 /// A name for people: the registered one for common systems, else `EPSG:<code>`.

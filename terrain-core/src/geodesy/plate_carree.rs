@@ -2,6 +2,8 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, dvec2};
 
+use crate::tiling::{Extent, TilingScheme};
+
 /// The plate carrée of WGS 84 (EPSG:32662): longitude and latitude as lengths along a circle of the equator's
 /// radius. Snyder, "Map Projections: A Working Manual" (1987), equidistant cylindrical, sphere.
 pub struct PlateCarree;
@@ -13,6 +15,19 @@ impl PlateCarree {
     pub const RADIUS_M: f64 = 6_378_137.0;
     /// Length of the equator, metres.
     pub const EQUATOR_M: f64 = 2.0 * PI * Self::RADIUS_M;
+
+    /// Where the tiles of a globe lie: the root is a square of the equator's length a side, the upper half of which is
+    /// the Earth.
+    pub fn scheme() -> TilingScheme {
+        let origin = dvec2(-0.5 * Self::EQUATOR_M, 0.25 * Self::EQUATOR_M);
+        TilingScheme { origin, root_size_m: Self::EQUATOR_M }
+    }
+
+    /// All longitudes and latitudes.
+    pub fn extent() -> Extent {
+        let corner = dvec2(0.5 * Self::EQUATOR_M, 0.25 * Self::EQUATOR_M);
+        Extent::new(-corner, corner)
+    }
 
     /// East and north in metres of a longitude and latitude in degrees.
     pub fn metres_from_degrees(degrees: DVec2) -> DVec2 {

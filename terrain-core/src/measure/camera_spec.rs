@@ -3,6 +3,7 @@ use std::str::FromStr;
 use glam::{DVec2, dvec2};
 
 use crate::CameraView;
+use crate::dataset::Shape;
 
 /// How the height of a camera is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,13 +17,13 @@ pub enum CameraHeight {
 /// A camera as it is written on the command line:
 /// `x=..,y=..,height=..|agl=..,heading=..,pitch=..,fov=..`.
 ///
-/// `x` and `y` in the dataset's CRS and one of `height` and `agl` (metres) are required. `heading`
+/// `x` and `y` in the dataset's CRS (longitude and latitude in degrees for a globe) and one of `height` and `agl` (metres) are required. `heading`
 /// (degrees clockwise from grid north) is 0, `pitch` (degrees, negative looks down) is
 /// [`CameraSpec::DEFAULT_PITCH_DEG`] and `fov` (vertical, degrees) is
 /// [`CameraSpec::DEFAULT_FOV_DEG`] where not given. Order and spaces do not matter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraSpec {
-    /// East and north, metres of the CRS.
+    /// East and north, metres of the CRS; as it is parsed for a globe, degrees.
     pub position: DVec2,
     /// Where the eye stands above `position`.
     pub height: CameraHeight,
@@ -91,6 +92,19 @@ impl CameraSpec {
     pub const DEFAULT_PITCH_DEG: f64 = -15.0;
     /// The vertical field of view where none is given.
     pub const DEFAULT_FOV_DEG: f64 = 60.0;
+
+    /// The camera with its position in metres of the CRS of a dataset of this shape.
+    ///
+    /// # Errors
+    /// On a globe, where `y` is no latitude.
+    pub fn placed_on(self, shape: Shape) -> Result<Self, CameraSpecError> {
+        let value = self.position.y;
+        if shape == Shape::Globe && !(-90.0..=90.0).contains(&value) {
+            let range = "-90..90 degrees of latitude";
+            return Err(CameraSpecError::OutOfRange { name: "y", value, range });
+        }
+        Ok(Self { position: shape.world_from_user(self.position), ..self })
+    }
 
     /// The view for a picture of this size. `ground_height_m` gives the height of the terrain *as
     /// drawn* (vertical exaggeration included); it is asked only for a height above ground.
@@ -178,6 +192,7 @@ impl std::fmt::Display for CameraSpec {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geodesy::PlateCarree;
 
     #[test]
     fn a_full_camera_parses_and_prints_back() {
@@ -189,6 +204,19 @@ mod tests {
         assert_eq!(spec.to_string(), text);
         let view = spec.view([64, 32], |_| panic!("the ground is not asked"));
         assert_eq!(view.eye, spec.position.extend(2_400.0));
+    }
+
+    #[test]
+    fn on_a_globe_places_are_degrees() {
+        let spec: CameraSpec = "x=190,y=-45,height=3".parse().unwrap();
+        let placed = spec.placed_on(Shape::Globe).unwrap();
+        let expected = PlateCarree::metres_from_degrees(dvec2(-170.0, -45.0));
+        assert!((placed.position - expected).length() < 1.0e-6);
+        let back = Shape::Globe.user_from_world(placed.position);
+        assert!((back - dvec2(-170.0, -45.0)).length() < 1.0e-12);
+        assert_eq!(spec.placed_on(Shape::Plane).unwrap(), spec);
+        let lost: CameraSpec = "x=0,y=95,height=3".parse().unwrap();
+        assert!(lost.placed_on(Shape::Globe).unwrap_err().to_string().contains("latitude"));
     }
 
     #[test]

@@ -1,19 +1,21 @@
 use std::path::{Path, PathBuf};
 
-use glam::dvec3;
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::monotone_curve::MonotoneCurve;
 use crate::CameraView;
+use crate::dataset::Shape;
+use crate::geodesy::CoordinateSystem;
 
 /// A camera at a moment of a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Keyframe {
     /// Seconds from the beginning of the flight.
     pub t: f64,
-    /// East, metres of the CRS.
+    /// East, metres of the CRS; degrees of longitude over a globe.
     pub x: f64,
-    /// North, metres of the CRS.
+    /// North, metres of the CRS; degrees of latitude over a globe, within -90..=90.
     pub y: f64,
     /// Metres above the datum.
     pub height: f64,
@@ -26,7 +28,7 @@ pub struct Keyframe {
 }
 
 impl Keyframe {
-    /// The keyframe of a view.
+    /// The keyframe of a view over a plane.
     pub fn of_view(t: f64, view: &CameraView) -> Self {
         Self {
             t,
@@ -44,13 +46,15 @@ impl Keyframe {
 ///
 /// Every component follows a curve that is exact at the keyframes and never overshoots them, so a
 /// path whose keyframes clear the ground does not dip between them by itself. Headings take the
-/// shortest way round from one keyframe to the next. Keyframes within [`Flight::CUT_S`] are a cut.
+/// shortest way round from one keyframe to the next, and so do longitudes over a globe. Keyframes within
+/// [`Flight::CUT_S`] are a cut.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flight {
     crs: String,
+    shape: Shape,
     fps: f64,
     keyframes: Vec<Keyframe>,
-    /// x, y, height, heading (unwound), pitch, fov.
+    /// x (unwound over a globe), y, height, heading (unwound), pitch, fov.
     curves: [MonotoneCurve; 6],
 }
 
@@ -123,7 +127,8 @@ impl Flight {
     /// the second.
     pub const CUT_S: f64 = 1.0e-3;
 
-    /// A flight in the CRS (such as `EPSG:32632`) at `fps` frames a second.
+    /// A flight in the CRS (such as `EPSG:32632`) at `fps` frames a second. One in `EPSG:4326`, longitude and
+    /// latitude, is over a globe.
     ///
     /// # Errors
     /// Without keyframes, with keyframes that are not in order of time, or with a value that is not
@@ -133,20 +138,43 @@ impl Flight {
         fps: f64,
         keyframes: Vec<Keyframe>,
     ) -> Result<Self, FlightError> {
-        validate(fps, &keyframes)?;
+        let crs = crs.into();
+        let is_in_degrees = crs == format!("EPSG:{}", CoordinateSystem::WGS84);
+        let shape = if is_in_degrees { Shape::Globe } else { Shape::Plane };
+        validate(fps, shape, &keyframes)?;
         let times: Vec<f64> = keyframes.iter().map(|keyframe| keyframe.t).collect();
         let curve = |component: fn(&Keyframe) -> f64| {
             MonotoneCurve::new(&times, keyframes.iter().map(component).collect())
         };
+        let longitudes_deg = || unwound(keyframes.iter().map(|k| k.x));
         let curves = [
-            curve(|k| k.x),
+            match shape {
+                Shape::Plane => curve(|k| k.x),
+                Shape::Globe => MonotoneCurve::new(&times, longitudes_deg()),
+            },
             curve(|k| k.y),
             curve(|k| k.height),
             MonotoneCurve::new(&times, unwound(keyframes.iter().map(|k| k.heading))),
             curve(|k| k.pitch),
             curve(|k| k.fov),
         ];
-        Ok(Self { crs: crs.into(), fps, keyframes, curves })
+        Ok(Self { crs, shape, fps, keyframes, curves })
+    }
+
+    /// The same flight elsewhere: in another CRS, with every keyframe's place (x, y) what `place` makes of it.
+    ///
+    /// # Errors
+    /// Where a place is out of range; see [`Keyframe`].
+    pub fn placed(
+        &self,
+        crs: impl Into<String>,
+        place: impl Fn(DVec2) -> DVec2,
+    ) -> Result<Self, FlightError> {
+        let moved = self.keyframes.iter().map(|keyframe| {
+            let DVec2 { x, y } = place(DVec2::new(keyframe.x, keyframe.y));
+            Keyframe { x, y, ..*keyframe }
+        });
+        Self::new(crs, self.fps, moved.collect())
     }
 
     /// Parses the text of a flight file.
@@ -234,7 +262,7 @@ impl Flight {
         })
     }
 
-    /// The view at the time, for a picture of this size. Before the first and after the last
+    /// The view at the time, for a picture of this size, its eye in metres. Before the first and after the last
     /// keyframe it stands still; a NaN is taken as the beginning.
     pub fn view_at(&self, t: f64, viewport_px: [u32; 2]) -> CameraView {
         let [start, end] = self.time_range_s();
@@ -254,7 +282,7 @@ impl Flight {
             }
         };
         CameraView {
-            eye: dvec3(x, y, height),
+            eye: self.shape.world_from_user(DVec2::new(x, y)).extend(height),
             heading_deg: heading.rem_euclid(360.0),
             pitch_deg: pitch,
             fov_y_deg: fov,
@@ -263,12 +291,12 @@ impl Flight {
     }
 }
 
-fn validate(fps: f64, keyframes: &[Keyframe]) -> Result<(), FlightError> {
+fn validate(fps: f64, shape: Shape, keyframes: &[Keyframe]) -> Result<(), FlightError> {
     let (Some(first), Some(last)) = (keyframes.first(), keyframes.last()) else {
         return Err(FlightError::NoKeyframes);
     };
     for (index, keyframe) in keyframes.iter().enumerate() {
-        validate_keyframe(index, keyframe)?;
+        validate_keyframe(index, shape, keyframe)?;
     }
     for (index, pair) in keyframes.windows(2).enumerate() {
         if pair[1].t <= pair[0].t {
@@ -279,12 +307,14 @@ fn validate(fps: f64, keyframes: &[Keyframe]) -> Result<(), FlightError> {
     if is_flyable { Ok(()) } else { Err(FlightError::FrameRate(fps)) }
 }
 
-fn validate_keyframe(index: usize, keyframe: &Keyframe) -> Result<(), FlightError> {
+fn validate_keyframe(index: usize, shape: Shape, keyframe: &Keyframe) -> Result<(), FlightError> {
     let Keyframe { t, x, y, height, heading, pitch, fov } = *keyframe;
+    let is_latitude = shape == Shape::Plane || (-90.0..=90.0).contains(&y);
     let in_order = [
         ("t", t, t.is_finite(), "a number"),
         ("x", x, x.is_finite(), "a number"),
         ("y", y, y.is_finite(), "a number"),
+        ("y", y, is_latitude, "a latitude within -90..90 degrees"),
         ("height", height, height.is_finite(), "a number"),
         ("heading", heading, heading.is_finite(), "a number"),
         ("pitch", pitch, (-90.0..=90.0).contains(&pitch), "within -90..90 degrees"),
@@ -298,13 +328,13 @@ fn validate_keyframe(index: usize, keyframe: &Keyframe) -> Result<(), FlightErro
     }
 }
 
-/// The same headings with whole turns added so that none differs from the one before it by more
+/// The same headings or longitudes with whole turns added so that none differs from the one before it by more
 /// than half a turn.
-fn unwound(headings_deg: impl Iterator<Item = f64>) -> Vec<f64> {
+fn unwound(angles_deg: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut unwound_deg = Vec::new();
-    for heading in headings_deg {
-        let before = unwound_deg.last().copied().unwrap_or(heading);
-        unwound_deg.push(heading - 360.0 * ((heading - before) / 360.0).round());
+    for angle in angles_deg {
+        let before = unwound_deg.last().copied().unwrap_or(angle);
+        unwound_deg.push(angle - 360.0 * ((angle - before) / 360.0).round());
     }
     unwound_deg
 }

@@ -1,5 +1,8 @@
+use glam::DVec2;
+
 use super::{Flight, FlightError, Keyframe};
 use crate::CameraView;
+use crate::dataset::Shape;
 
 /// Makes a flight of the views as they are flown, without a keyframe for every frame.
 ///
@@ -57,16 +60,22 @@ impl FlightRecorder {
         self.keyframes.is_empty()
     }
 
-    /// The flight recorded, its time counted from the first view, which ends with the last view.
+    /// The flight recorded over a dataset of this shape, in the CRS that people read its places in; its time counted from the first view, which ends with the last view.
     ///
     /// # Errors
     /// As [`Flight::new`]: where nothing was recorded, or a view is out of range.
-    pub fn finish(self, crs: impl Into<String>, fps: f64) -> Result<Flight, FlightError> {
+    pub fn finish(
+        self,
+        (crs, shape): (impl Into<String>, Shape),
+        fps: f64,
+    ) -> Result<Flight, FlightError> {
         let mut keyframes = self.keyframes;
         keyframes.extend(self.latest);
         let start = keyframes.first().map_or(0.0, |keyframe| keyframe.t);
         for keyframe in &mut keyframes {
             keyframe.t -= start;
+            let place = shape.user_from_world(DVec2::new(keyframe.x, keyframe.y));
+            (keyframe.x, keyframe.y) = (place.x, place.y);
         }
         Flight::new(crs, fps, keyframes)
     }

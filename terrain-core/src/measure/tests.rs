@@ -5,6 +5,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::CameraView;
+use crate::dataset::Shape;
 
 const VIEWPORT: [u32; 2] = [640, 360];
 
@@ -155,7 +156,7 @@ fn a_recording_keeps_moves_and_rests_with_few_keyframes() {
     recorder.record(1_000.0, &view_at_x(-9.0)); // a clock that went back
     recorder.record(f64::NAN, &view_at_x(-9.0));
     assert!(recorder.len() < 20, "{} keyframes", recorder.len());
-    let flight = recorder.finish("local", 60.0).unwrap();
+    let flight = recorder.finish(("local", Shape::Plane), 60.0).unwrap();
     assert_eq!((flight.time_range_s(), flight.frame_count()), ([0.0, 7.0], 421));
     for frame in 0..flight.frame_count() {
         let t = flight.frame_time_s(frame);
@@ -164,7 +165,10 @@ fn a_recording_keeps_moves_and_rests_with_few_keyframes() {
         let rounded_off_m = 4.0 / 27.0 * 100.0 * FlightRecorder::INTERVAL_S;
         assert!(error_m.abs() < rounded_off_m + 0.05, "{error_m} at {t}");
     }
-    assert!(FlightRecorder::new().finish("local", 60.0).is_err(), "nothing recorded");
+    assert!(
+        FlightRecorder::new().finish(("local", Shape::Plane), 60.0).is_err(),
+        "nothing recorded"
+    );
 }
 
 #[test]
@@ -183,4 +187,31 @@ fn a_cut_holds_the_view_before_it() {
     assert!(!flight.is_cut_between(0.0, 2.9) && !flight.is_cut_between(3.0, 4.0));
     let ends_with_cut = Flight::new("local", 30.0, flight.keyframes()[..3].to_vec()).unwrap();
     assert_eq!(ends_with_cut.view_at(3.0, VIEWPORT).eye.x, 9.0e5);
+}
+
+#[test]
+fn over_a_globe_a_flight_takes_the_short_way_across_the_date_line() {
+    let text = r#"{"crs": "EPSG:4326", "fps": 10, "keyframes": [
+        {"t": 0, "x": 170, "y": 10, "height": 1e6, "heading": 90, "pitch": -30, "fov": 50},
+        {"t": 2, "x": -170, "y": -10, "height": 1e6, "heading": 90, "pitch": -30, "fov": 50}]}"#;
+    let flight = Flight::from_json(text).unwrap();
+    let longitude_deg = |t| {
+        let eye = flight.view_at(t, [64, 64]).eye.truncate();
+        Shape::Globe.user_from_world(eye).x
+    };
+    for (t, expected_deg) in [(0.0, 170.0), (0.5, 175.0), (1.5, -175.0), (2.0, -170.0)] {
+        assert!((longitude_deg(t) - expected_deg).abs() < 1.0e-9, "{t}: {}", longitude_deg(t));
+    }
+    assert!((longitude_deg(1.0).abs() - 180.0).abs() < 1.0e-9);
+    let mut recorder = FlightRecorder::new();
+    for frame in 0..20 {
+        let t = f64::from(frame) / 10.0;
+        recorder.record(t, &flight.view_at(t, [64, 64]));
+    }
+    let recorded = recorder.finish((flight.crs(), Shape::Globe), 10.0).unwrap();
+    let between = recorded.view_at(0.95, [64, 64]).eye - flight.view_at(0.95, [64, 64]).eye;
+    assert!(between.length() < 1.0, "{between}");
+    let lost = text.replace("-10,", "-91,");
+    let error = Flight::from_json(&lost).unwrap_err().to_string();
+    assert!(error.contains("keyframe 1: y is -91, not a latitude"), "{error}");
 }

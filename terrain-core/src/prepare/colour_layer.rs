@@ -35,7 +35,8 @@ pub fn write_colours(
     let level_count = request.level_limit.unwrap_or(u8::MAX).min(plan.level_count);
     let layout = request.layout(request.colour_tile_texels, level_count);
     let target = *plan.rows.target();
-    let mut pyramid = RowPyramid::new((target.width, target.height), plan.level_count, &layout);
+    let size = (target.width, target.height);
+    let mut pyramid = RowPyramid::new(size, plan.level_count, &layout, request.shape);
     let mut archive = ArchiveWriter::create(path)?;
     let mut emit = |tiles: &TileRow<'_, LinearColour>| -> Result<(), PrepareError> {
         for encoded in encode_row(tiles, &layout, request.colour_encoding) {

@@ -11,7 +11,9 @@ use super::run::{Run, read_ahead};
 use super::void_fill::{VoidFill, VoidReport, VoidRule};
 use super::{PrepareError, PrepareRequest};
 use crate::dataset::codec::{EXACT_STEPS, NO_DATA_STEPS, encode_height_steps, encode_heights_m};
-use crate::dataset::{ArchiveWriter, HeightEncoding, HeightLayer, HeightRange, HeightRanges};
+use crate::dataset::{
+    ArchiveWriter, HeightEncoding, HeightLayer, HeightRange, HeightRanges, Shape,
+};
 use crate::tiling::{LayerLayout, TileId};
 
 /// A written height layer.
@@ -25,6 +27,8 @@ pub struct WrittenHeights {
     pub payload_bytes: u64,
     /// What became of gaps.
     pub voids: VoidReport,
+    /// Cells of a globe that no source has heights of.
+    pub cells_at_zero: u64,
 }
 
 /// Writes all height tiles to an archive.
@@ -35,7 +39,7 @@ pub fn write_heights(
     archive: &Path,
     run: &Run<'_>,
 ) -> Result<WrittenHeights, PrepareError> {
-    let source_range = scan(plan, run)?;
+    let source_range = scan(plan, request.shape, run)?;
     let step_m = height_step_m(source_range, source_step_m);
     let level_count = request.level_limit.unwrap_or(u8::MAX).min(plan.level_count);
     let layout = request.layout(request.height_tile_texels, level_count);
@@ -63,7 +67,8 @@ pub fn write_heights(
     let range = ranges.range(TileId::ROOT).unwrap_or(source_range);
     let layer =
         HeightLayer { layout, encoding, step_m, has_voids: streamed.has_voids, range, ranges };
-    Ok(WrittenHeights { layer, tiles, payload_bytes, voids: streamed.voids })
+    let Streamed { voids, cells_at_zero, .. } = streamed;
+    Ok(WrittenHeights { layer, tiles, payload_bytes, voids, cells_at_zero })
 }
 
 /// What came by on the way.
@@ -71,6 +76,8 @@ struct Streamed {
     voids: VoidReport,
     /// Whether any cell is left without data.
     has_voids: bool,
+    /// Cells of a globe set to 0.
+    cells_at_zero: u64,
 }
 
 /// Reads all rows through the void filler into the pyramid.
@@ -81,8 +88,9 @@ fn stream(
     emit: &mut (impl FnMut(&TileRow<'_, f32>) -> Result<(), PrepareError> + Send),
 ) -> Result<Streamed, PrepareError> {
     let target = *plan.rows.target();
-    let mut pyramid = RowPyramid::new((target.width, target.height), plan.level_count, layout);
-    let mut has_voids = false;
+    let size = (target.width, target.height);
+    let mut pyramid = RowPyramid::new(size, plan.level_count, layout, request.shape);
+    let (mut has_voids, mut cells_at_zero) = (false, 0);
     let rule = void_rule(request, target.texel_m);
     let mut filler = rule.map(|rule| VoidFill::new(target.width, target.height, rule));
     read_ahead(
@@ -96,7 +104,10 @@ fn stream(
                     Some(filler) => filler.push(row),
                     None => vec![row],
                 };
-                for row in done {
+                for mut row in done {
+                    if request.shape == Shape::Globe {
+                        cells_at_zero += zero_where_empty(&mut row);
+                    }
                     has_voids |= row.iter().any(|height_m| height_m.is_nan());
                     pyramid.push(row, emit)?;
                 }
@@ -105,7 +116,17 @@ fn stream(
         },
     )?;
     let voids = filler.map(|filler| filler.report).unwrap_or_default();
-    Ok(Streamed { voids, has_voids })
+    Ok(Streamed { voids, has_voids, cells_at_zero })
+}
+
+/// Sets what holds no height to 0; returns how many cells that was.
+fn zero_where_empty(row: &mut [f32]) -> u64 {
+    let mut count = 0;
+    for height_m in row.iter_mut().filter(|height_m| height_m.is_nan()) {
+        *height_m = 0.0;
+        count += 1;
+    }
+    count
 }
 
 /// Which gaps are filled, of heights in cells of this side.
@@ -119,9 +140,9 @@ fn void_rule(request: &PrepareRequest, texel_m: f64) -> Option<VoidRule> {
     })
 }
 
-/// The range of all heights. Reading everything once before anything is written also finds damaged
-/// sources early.
-fn scan(plan: &LayerPlan, run: &Run<'_>) -> Result<HeightRange, PrepareError> {
+/// The range of all heights, of a globe that of its ground without any included. Reading everything once before
+/// anything is written also finds damaged sources early.
+fn scan(plan: &LayerPlan, shape: Shape, run: &Run<'_>) -> Result<HeightRange, PrepareError> {
     let target = *plan.rows.target();
     let (mut min_m, mut max_m) = (f32::INFINITY, f32::NEG_INFINITY);
     read_ahead(
@@ -129,7 +150,12 @@ fn scan(plan: &LayerPlan, run: &Run<'_>) -> Result<HeightRange, PrepareError> {
         "scanning heights",
         run,
         |row, count| plan.rows.height_rows(row, count),
-        |rows: Vec<Vec<f32>>| {
+        |mut rows: Vec<Vec<f32>>| {
+            if shape == Shape::Globe {
+                rows.iter_mut().for_each(|row| {
+                    zero_where_empty(row);
+                });
+            }
             for height in rows.iter().flatten() {
                 // min and max leave NaN out.
                 min_m = min_m.min(*height);

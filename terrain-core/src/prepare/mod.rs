@@ -8,6 +8,7 @@
 mod colour_layer;
 mod error;
 mod finished_layers;
+mod globe_plan;
 mod height_layer;
 mod make_tin;
 mod mosaic;
@@ -43,7 +44,7 @@ use self::output_folder::OutputFolder;
 use self::placement::name_of;
 use self::plan::Plan;
 use self::run::Run;
-use crate::dataset::{COLOURS_FILE, Crs, HEIGHTS_FILE, MANIFEST_FILE, Manifest, Shape};
+use crate::dataset::{COLOURS_FILE, Crs, HEIGHTS_FILE, MANIFEST_FILE, Manifest};
 pub use crate::progress::{NoProgress, Progress};
 
 /// Makes a dataset of rasters.
@@ -72,9 +73,10 @@ pub fn prepare(
 
     let mut notes = plan.notes.clone();
     notes.extend(summary::void_notes(&heights.voids, request));
+    notes.extend(summary::zero_note(heights.cells_at_zero, request));
     let sources = request.heights.iter().chain(&request.colours);
     let manifest = Manifest {
-        shape: Shape::Plane,
+        shape: request.shape,
         version: Manifest::VERSION,
         crs: Crs { epsg: Some(plan.crs.epsg()), name: plan.crs.name() },
         scheme: plan.scheme,

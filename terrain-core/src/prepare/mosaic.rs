@@ -38,6 +38,16 @@ pub struct Mosaic {
     members: Vec<Member>,
 }
 
+/// A part of a window that lies within the mosaic or beyond one of its sides.
+struct Piece {
+    /// Its cells.
+    window: SignedWindow,
+    /// Row and column of the window that the first of them goes to.
+    at: [usize; 2],
+    /// Whether rows come in the reverse order: they are seen over a pole.
+    is_turned: bool,
+}
+
 struct Member {
     source: Arc<dyn RasterSource>,
     column: i64,
@@ -106,7 +116,7 @@ impl Mosaic {
     }
 
     /// Whether the last column is followed by the first.
-    fn wraps(&self) -> bool {
+    pub fn wraps(&self) -> bool {
         self.columns_round().is_some_and(|round| (f64::from(self.size[0]) - round).abs() < 0.01)
     }
 
@@ -144,12 +154,14 @@ impl Mosaic {
             return read(member.source.as_ref(), part);
         }
         let mut out = vec![empty; window.width * window.height];
-        for (piece, first_column) in self.pieces(window) {
+        for Piece { window: cells, at: [first_row, first_column], is_turned } in self.pieces(window)
+        {
             for member in &self.members {
-                let Some((part, x, y)) = member.overlap(piece) else { continue };
+                let Some((part, x, y)) = member.overlap(cells) else { continue };
                 let values = read(member.source.as_ref(), part)?;
                 for (row, line) in values.chunks_exact(part.width as usize).enumerate() {
-                    let at = (y + row) * window.width + first_column + x;
+                    let row = if is_turned { cells.height - 1 - (y + row) } else { y + row };
+                    let at = (first_row + row) * window.width + first_column + x;
                     for (target, value) in out[at..at + line.len()].iter_mut().zip(line) {
                         if is_empty(target) {
                             *target = *value;
@@ -161,22 +173,60 @@ impl Mosaic {
         Ok(out)
     }
 
-    /// The window cut where it passes the date line of a mosaic round the whole Earth, with the
-    /// column of the window each piece begins at.
-    fn pieces(&self, window: SignedWindow) -> Vec<(SignedWindow, usize)> {
+    /// The window cut where it passes the date line or a pole of a mosaic round the whole Earth.
+    fn pieces(&self, window: SignedWindow) -> Vec<Piece> {
         if !self.wraps() {
-            return vec![(window, 0)];
+            return vec![Piece { window, at: [0, 0], is_turned: false }];
         }
         let around = i64::from(self.size[0]);
         let mut pieces = Vec::new();
-        let mut done = 0;
-        while done < window.width {
-            let column = (window.column + done as i64).rem_euclid(around);
-            let width = (window.width - done).min((around - column) as usize);
-            pieces.push((SignedWindow { column, width, ..window }, done));
-            done += width;
+        for Piece { window: rows, at: [first_row, _], is_turned } in self.row_pieces(window) {
+            let turn = if is_turned { around / 2 } else { 0 };
+            let mut done = 0;
+            while done < window.width {
+                let column = (window.column + turn + done as i64).rem_euclid(around);
+                let width = (window.width - done).min((around - column) as usize);
+                let window = SignedWindow { column, width, ..rows };
+                pieces.push(Piece { window, at: [first_row, done], is_turned });
+                done += width;
+            }
         }
         pieces
+    }
+
+    /// The window cut where it passes a pole; columns are left as they are. Over the pole lies the row as far from
+    /// it on the other side.
+    fn row_pieces(&self, window: SignedWindow) -> Vec<Piece> {
+        let [north, south] = self.rows_over_poles();
+        let height = i64::from(self.size[1]);
+        let (first, end) = (window.row, window.row + window.height as i64);
+        let mut pieces = Vec::new();
+        let mut add = |from: i64, to: i64, over: Option<i64>| {
+            if from >= to {
+                return;
+            }
+            let row = over.map_or(from, |sum| sum - (to - 1));
+            let window = SignedWindow { row, height: (to - from) as usize, ..window };
+            let at = [(from - first) as usize, 0];
+            pieces.push(Piece { window, at, is_turned: over.is_some() });
+        };
+        add(first, end.min(0), north);
+        add(first.max(0), end.min(height), None);
+        add(first.max(height), end, south);
+        pieces
+    }
+
+    /// Of a mosaic round the whole Earth that reaches the north and the south pole: the sum of a row beyond the pole
+    /// and of the row that lies there. Rows whose centres are on the pole itself are not repeated.
+    fn rows_over_poles(&self) -> [Option<i64>; 2] {
+        let height = f64::from(self.size[1]);
+        let is_even = self.size[0].is_multiple_of(2);
+        [(90.0, 0.0), (-90.0, 2.0 * height)].map(|(pole_deg, border)| {
+            let sum = 2.0 * (self.grid.origin.y - pole_deg) / self.grid.cell.y;
+            let reaches = (sum - border).abs() < 1.0 + ALIGNMENT_TOLERANCE_CELLS;
+            let is_whole = (sum - sum.round()).abs() < ALIGNMENT_TOLERANCE_CELLS;
+            (is_even && reaches && is_whole).then_some(sum.round() as i64 - 1)
+        })
     }
 }
 

@@ -10,6 +10,7 @@ use super::placed_points::place_points;
 use super::run::Run;
 use super::source::{RasterContent, RasterGrid, RasterSource, is_point_file, open_raster};
 use super::{PrepareError, PrepareRequest};
+use crate::dataset::Shape;
 use crate::geodesy::{CoordinateSystem, CoordinateTransform, epsg_name};
 use crate::tiling::Extent;
 
@@ -37,13 +38,36 @@ pub fn place_heights(
             return Err(PrepareError::Misplaced { path: path.clone(), reason });
         }
         let grid = source.info().grid.ok_or_else(|| not_georeferenced(path, "--dem"))?;
-        let crs = crs_of(source.as_ref(), request.epsg, notes)?;
+        let crs = crs_of(source.as_ref(), assumed_epsg(request), notes)?;
         placed.push(checked(source, grid, crs, notes)?);
     }
     match placed.is_empty() {
         true => Err(PrepareError::Request("no height raster is given; name one with --dem".into())),
         false => Ok(placed),
     }
+}
+
+/// West, south, east and north of all longitudes and latitudes.
+const WHOLE_EARTH_DEG: [f64; 4] = [-180.0, -90.0, 180.0, 90.0];
+
+/// What the CRS of rasters is taken to be that do not say theirs.
+fn assumed_epsg(request: &PrepareRequest) -> Option<u32> {
+    match request.shape {
+        Shape::Plane => request.epsg,
+        Shape::Globe => Some(CoordinateSystem::WGS84),
+    }
+}
+
+/// Where a picture without a georeference lies: where the request says, or everywhere on a globe if it is twice as
+/// wide as high.
+fn bounds_of(size: [u32; 2], request: &PrepareRequest) -> Option<([f64; 4], &'static str)> {
+    if let Some(bounds) = request.colour_bounds {
+        return Some((bounds, "placed by --dom-extent"));
+    }
+    let is_whole =
+        request.shape == Shape::Globe && request.colour_epsg.is_none() && size[0] == 2 * size[1];
+    let why = "no georeference and twice as wide as high, taken as the whole Earth";
+    is_whole.then_some((WHOLE_EARTH_DEG, why))
 }
 
 /// Opens and places all pictures. One without a CRS is taken to be in the heights' (`assumed`).
@@ -59,8 +83,9 @@ pub fn place_colours(
             let reason = "heights, not a picture; give it with --dem".to_owned();
             return Err(PrepareError::Misplaced { path: path.clone(), reason });
         }
-        let stated = request.colour_epsg;
-        let (grid, crs) = match (source.info().grid, request.colour_bounds) {
+        let on_globe = (request.shape == Shape::Globe).then_some(CoordinateSystem::WGS84);
+        let stated = request.colour_epsg.or(on_globe);
+        let (grid, crs) = match (source.info().grid, bounds_of(source.info().size, request)) {
             (Some(grid), _) if source.info().epsg.is_none() && stated.is_none() => {
                 notes.push(format!(
                     "{}: no CRS in the file, taken to be that of the heights ({})",
@@ -70,9 +95,9 @@ pub fn place_colours(
                 (grid, assumed.clone())
             }
             (Some(grid), _) => (grid, crs_of(source.as_ref(), stated, notes)?),
-            (None, Some(bounds)) => {
+            (None, Some((bounds, why))) => {
                 let crs = bounds_crs(request, bounds)?;
-                notes.push(format!("{}: placed by --dom-extent, {}", name_of(path), crs.name()));
+                notes.push(format!("{}: {why}, {}", name_of(path), crs.name()));
                 (grid_of_bounds(path, bounds, source.info().size)?, crs)
             }
             (None, None) => return Err(not_georeferenced(path, "--dom")),

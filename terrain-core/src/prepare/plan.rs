@@ -2,12 +2,14 @@
 
 use glam::{DVec2, dvec2};
 
+use super::globe_plan::plan_globe;
 use super::mosaic::{Mosaic, PlacedRaster};
 use super::placement::{extent_in, name_of, place_colours, place_heights};
 use super::resample::{LayerGrid, Resampler};
 use super::run::Run;
 use super::source::RasterGrid;
 use super::{PrepareError, PrepareRequest};
+use crate::dataset::Shape;
 use crate::geodesy::{CoordinateSystem, CoordinateTransform, utm_epsg};
 use crate::tiling::{Extent, MAX_LEVEL, TilingScheme};
 
@@ -38,16 +40,19 @@ pub struct LayerPlan {
 }
 
 /// Most columns or rows of a layer: beyond this a CRS is mistaken for another.
-const MOST_CELLS: f64 = 1.0e6;
+pub const MOST_CELLS: f64 = 1.0e6;
 
 /// The finest colour texel may be this much larger than a source pixel, so that a picture that all
 /// but fits a level does not take four times the space for nothing.
-const TEXEL_PER_PIXEL: f64 = 1.1;
+pub const TEXEL_PER_PIXEL: f64 = 1.1;
 
 impl Plan {
     /// Opens all sources and plans the dataset.
     pub fn new(request: &PrepareRequest, run: &Run<'_>) -> Result<Self, PrepareError> {
         check(request)?;
+        if request.shape == Shape::Globe {
+            return plan_globe(request, run);
+        }
         let stated = stated_crs(request)?;
         let mut notes = Vec::new();
         let height_rasters = place_heights(request, &mut notes, run)?;
@@ -184,8 +189,7 @@ fn new_grid(rasters: &[PlacedRaster], crs: &CoordinateSystem) -> Result<LayerGri
         };
         let own = extent_in(raster, crs).ok_or_else(misplaced)?;
         extent = Some(extent.map_or(own, |extent| extent.union(&own)));
-        let [width, height] = raster.source.info().size.map(f64::from);
-        let cell = cell_in(raster, crs, 0.5 * dvec2(width, height)).ok_or_else(misplaced)?;
+        let cell = cell_in(raster, crs, middle_of(raster)).ok_or_else(misplaced)?;
         texel_m = texel_m.min((cell.x * cell.y).sqrt());
     }
     let extent = extent.unwrap_or(Extent::new(DVec2::ZERO, DVec2::ZERO));
@@ -211,8 +215,14 @@ fn place_nearest(raster: &PlacedRaster, crs: &CoordinateSystem, point: DVec2) ->
     Some(raster.grid.columns_rows(position).clamp(DVec2::ZERO, dvec2(width, height)))
 }
 
+/// Columns and rows of a raster's middle.
+pub fn middle_of(raster: &PlacedRaster) -> DVec2 {
+    let [width, height] = raster.source.info().size.map(f64::from);
+    0.5 * dvec2(width, height)
+}
+
 /// Width and height in metres of the raster's cell at `place` (columns and rows) in another CRS.
-fn cell_in(raster: &PlacedRaster, crs: &CoordinateSystem, place: DVec2) -> Option<DVec2> {
+pub fn cell_in(raster: &PlacedRaster, crs: &CoordinateSystem, place: DVec2) -> Option<DVec2> {
     let transform = CoordinateTransform::new(&raster.crs, crs);
     let [south, north] = crs.latitude_limits_deg();
     let at = |column: f64, row: f64| {

@@ -1,6 +1,6 @@
 use std::path::PathBuf;
 
-use crate::dataset::{ColourEncoding, ColourFormat, HeightEncoding};
+use crate::dataset::{ColourEncoding, ColourFormat, HeightEncoding, Shape};
 use crate::tiling::LayerLayout;
 
 /// How files of points are read.
@@ -18,10 +18,13 @@ pub struct PointOptions {
 #[derive(Clone, Debug)]
 pub struct PrepareRequest {
     /// Height rasters and files of points, at least one; where they overlap the first one counts. All
-    /// points together make one surface.
+    /// points together make one surface. Those of a globe are rasters, and may be none: it is the ellipsoid then.
     pub heights: Vec<PathBuf>,
-    /// Pictures; may be none.
+    /// Pictures; may be none, but for a globe without heights.
     pub colours: Vec<PathBuf>,
+    /// What the ground lies on. A globe has a CRS of its own ([`Shape::Globe`]) and heights everywhere, 0 where no
+    /// source has any; pictures without a georeference that are twice as wide as high are the whole Earth.
+    pub shape: Shape,
     /// Folder the dataset is written to. A dataset that is there already is replaced; anything else
     /// is not.
     pub out: PathBuf,
@@ -65,6 +68,7 @@ impl PrepareRequest {
         Self {
             heights,
             colours,
+            shape: Shape::Plane,
             out,
             epsg: None,
             points: PointOptions::default(),

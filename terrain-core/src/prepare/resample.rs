@@ -14,7 +14,7 @@ use super::PrepareError;
 use super::mosaic::{Mosaic, SignedWindow};
 use super::source::RasterGrid;
 use super::texel::{FULL, LINEAR_FROM_SRGB, LinearColour, Texel};
-use crate::geodesy::{CoordinateSystem, CoordinateTransform};
+use crate::geodesy::{CoordinateSystem, CoordinateTransform, PlateCarree};
 
 /// The finest level of a layer: square texels, north-west corner first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +38,16 @@ pub struct Resampler {
 
 struct Input {
     mosaic: Mosaic,
-    to_source: CoordinateTransform,
+    to_source: ToSource,
+}
+
+/// How positions in the target's CRS become those of a mosaic's.
+enum ToSource {
+    /// From metres of the plate carrée to degrees, which go on beyond the date line and the poles: so do the texels
+    /// around the globe's edges.
+    Degrees,
+    /// By way of the two systems' definitions.
+    Transform(CoordinateTransform),
 }
 
 /// Columns resampled together: wide enough to pay for its window, narrow enough to spread over
@@ -64,7 +73,7 @@ impl Resampler {
         let inputs = mosaics
             .into_iter()
             .map(|mosaic| {
-                let to_source = CoordinateTransform::new(crs, mosaic.crs());
+                let to_source = ToSource::new(crs, mosaic.crs());
                 Input { mosaic, to_source }
             })
             .collect();
@@ -187,6 +196,23 @@ impl Resampler {
         stride: usize,
     ) -> Result<(), PrepareError> {
         let nodes = self.nodes(input, block);
+        for turn in input.turns(&nodes) {
+            let nodes = nodes.moved(turn);
+            self.fill_from::<N, HOLD, T>(input, (block, &nodes), read, finish, out, stride)?;
+        }
+        Ok(())
+    }
+
+    /// [`Self::fill`] where the block's texels lie at these positions.
+    fn fill_from<const N: usize, const HOLD: bool, T: Texel>(
+        &self,
+        input: &Input,
+        (block, nodes): (Block, &PositionNodes),
+        read: &impl Fn(&Input, SignedWindow) -> Result<Vec<[f32; N]>, PrepareError>,
+        finish: &impl Fn([f32; N]) -> T,
+        out: &mut [T],
+        stride: usize,
+    ) -> Result<(), PrepareError> {
         let Some((low, high)) = nodes.bounds() else { return Ok(()) };
         let Some(window) = input.window(low, high) else { return Ok(()) };
         if window.width as f64 * window.height as f64 > MAX_WINDOW_CELLS
@@ -206,7 +232,7 @@ impl Resampler {
         };
         let size = [block.width, block.height];
         let done = cells_a_texel <= MOST_INTERPOLATED
-            && sample_rows::<N, HOLD>(&taps, &nodes, size, |row, line| {
+            && sample_rows::<N, HOLD>(&taps, nodes, size, |row, line| {
                 let targets = &mut out[row * stride..row * stride + block.width];
                 targets.iter_mut().zip(line).for_each(|(target, value)| put(target, *value));
             });
@@ -232,7 +258,7 @@ impl Resampler {
                 let centre = self.centre(block.column as f64 + column, block.row as f64 + row);
                 input.columns_rows(centre)
             },
-            input.mosaic.columns_round(),
+            input.columns_to_turn_by(),
             f64::from(input.mosaic.size()[0]),
         )
     }
@@ -243,9 +269,61 @@ impl Resampler {
     }
 }
 
+impl ToSource {
+    fn new(crs: &CoordinateSystem, source: &CoordinateSystem) -> Self {
+        if crs.epsg() == PlateCarree::EPSG && has_degrees_of_wgs84(source) {
+            return Self::Degrees;
+        }
+        Self::Transform(CoordinateTransform::new(crs, source))
+    }
+
+    fn apply(&self, position: DVec2) -> Option<DVec2> {
+        match self {
+            Self::Degrees => Some(PlateCarree::degrees_from_metres(position)),
+            Self::Transform(transform) => transform.apply(position),
+        }
+    }
+
+    fn is_identity(&self) -> bool {
+        matches!(self, Self::Transform(transform) if transform.is_identity())
+    }
+}
+
+/// Whether a system's coordinates are the longitudes and latitudes of WGS 84, by that or another name.
+fn has_degrees_of_wgs84(system: &CoordinateSystem) -> bool {
+    let Ok(wgs84) = CoordinateSystem::from_epsg(CoordinateSystem::WGS84) else { return false };
+    let transform = CoordinateTransform::new(&wgs84, system);
+    let is_same = |place: DVec2| {
+        transform.apply(place).is_some_and(|found| (found - place).length() < 1.0e-9)
+    };
+    system.is_geographic() && is_same(dvec2(7.0, 46.0)) && is_same(dvec2(-101.0, -33.0))
+}
+
 impl Input {
     fn columns_rows(&self, position: DVec2) -> Option<DVec2> {
         Some(self.mosaic.grid().columns_rows(self.to_source.apply(position)?))
+    }
+
+    /// Columns once round the Earth where positions may come from different turns.
+    fn columns_to_turn_by(&self) -> Option<f64> {
+        match self.to_source {
+            ToSource::Degrees => None,
+            ToSource::Transform(_) => self.mosaic.columns_round(),
+        }
+    }
+
+    /// What to add to the columns of a block's positions, one after the other, to find all that the mosaic has of the
+    /// block: of degrees that go on beyond the date line, whole turns.
+    fn turns(&self, nodes: &PositionNodes) -> Vec<f64> {
+        let round = self.mosaic.columns_round().filter(|_| !self.mosaic.wraps());
+        let (ToSource::Degrees, Some(round), Some((low, high))) =
+            (&self.to_source, round, nodes.bounds())
+        else {
+            return vec![0.0];
+        };
+        let first = (-high.x / round).floor() as i32;
+        let last = ((f64::from(self.mosaic.size()[0]) - low.x) / round).ceil() as i32;
+        (first..=last).map(|turns| f64::from(turns) * round).collect()
     }
 
     /// The cells needed to sample between two positions; `None` where the mosaic has none of them.
@@ -261,7 +339,9 @@ impl Input {
         let apart = size.min_element() < 1.0
             || from.y >= height
             || to.y <= 0.0
-            || (self.mosaic.columns_round().is_none() && (from.x >= width || to.x <= 0.0));
+            || (self.columns_to_turn_by().is_none()
+                && !self.mosaic.wraps()
+                && (from.x >= width || to.x <= 0.0));
         (!apart).then_some(SignedWindow {
             column: from.x as i64,
             row: from.y as i64,

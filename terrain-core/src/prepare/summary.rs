@@ -63,6 +63,17 @@ impl PrepareSummary {
     }
 }
 
+/// What the manifest says of a globe's ground that no source has heights of.
+pub(super) fn zero_note(cells: u64, request: &PrepareRequest) -> Option<String> {
+    if cells == 0 {
+        return None;
+    }
+    Some(match request.heights.is_empty() {
+        true => "no heights are given: the ground is the ellipsoid".to_owned(),
+        false => format!("heights are 0 where the sources hold none ({cells} cells)"),
+    })
+}
+
 /// What the manifest says of gaps.
 pub(super) fn void_notes(voids: &VoidReport, request: &PrepareRequest) -> Vec<String> {
     let mut notes = Vec::new();

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use crate::srgb::{linear_from_srgb, srgb_from_linear};
+use crate::srgb::{CODE_FROM_LINEAR, linear_from_srgb};
 
 /// A texel that can be averaged with its neighbours.
 pub trait Texel: Copy + Send + Sync + 'static {
@@ -80,7 +80,7 @@ impl LinearColour {
     /// The sRGB colour (not multiplied) and the coverage, 8 bits each.
     pub fn to_srgb(self) -> [u8; 4] {
         let [r, g, b, coverage] = self.0;
-        let table: &[u8; 65536] = &SRGB_FROM_LINEAR;
+        let table: &[u8; 65536] = &CODE_FROM_LINEAR;
         if coverage == u16::MAX {
             let byte = |value: u16| table[usize::from(value)];
             return [byte(r), byte(g), byte(b), u8::MAX];
@@ -103,10 +103,6 @@ pub static LINEAR_FROM_SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| {
 
 static WHOLE_LINEAR_FROM_SRGB: LazyLock<[u16; 256]> =
     LazyLock::new(|| LINEAR_FROM_SRGB.map(|linear| (linear + 0.5) as u16));
-
-static SRGB_FROM_LINEAR: LazyLock<[u8; 65536]> = LazyLock::new(|| {
-    std::array::from_fn(|linear| (255.0 * srgb_from_linear(linear as f64 / 65535.0)).round() as u8)
-});
 
 #[cfg(test)]
 mod tests {

@@ -1,5 +1,5 @@
 use super::eye_units::EyeUnits;
-use crate::dataset::{HeightRanges, TileSource};
+use crate::dataset::{HeightRanges, Shape, TileSource};
 use crate::tiling::{Extent, LayerLayout, TileId, TileSet, TilingScheme};
 
 /// What selection knows of a dataset: where its tiles lie and which exist. No payloads.
@@ -9,6 +9,8 @@ pub struct TileTree {
     pub scheme: TilingScheme,
     /// The ground that holds data.
     pub data_extent: Extent,
+    /// What the ground lies on.
+    pub shape: Shape,
     /// The height layer.
     pub heights: LayerTree,
     /// The colour layer, where there is imagery.
@@ -33,6 +35,7 @@ impl TileTree {
         Self {
             scheme: manifest.scheme,
             data_extent: manifest.data_extent,
+            shape: manifest.shape,
             heights: LayerTree {
                 layout: manifest.heights.layout,
                 present: source.heights_present().clone(),

@@ -3,6 +3,7 @@
 mod block_culling;
 mod circular_mesh;
 mod clip_mesh;
+pub mod globe;
 pub mod models;
 mod ring_layout;
 pub mod tin;

@@ -18,7 +18,7 @@ mod grid;
 mod ground;
 mod gullies;
 mod land_cover;
-mod noise;
+pub(crate) mod noise;
 mod preset;
 mod raster_rows;
 mod uplift;

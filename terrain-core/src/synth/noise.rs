@@ -1,6 +1,6 @@
 //! Seeded noise of whole-number hashes: the same on every machine, whatever the order of evaluation.
 
-use glam::{DVec2, Vec2, vec2};
+use glam::{DVec2, DVec3, Vec2, vec2};
 
 /// A well mixed number of a lattice place.
 ///
@@ -52,6 +52,32 @@ pub fn gradient_noise(point: DVec2, seed: u32) -> f32 {
     let north = mixed(corner(0, 0), corner(1, 0), weight.x);
     let south = mixed(corner(0, 1), corner(1, 1), weight.x);
     1.5 * mixed(north, south, weight.y)
+}
+
+/// [`gradient_noise`] in space: a lattice of cubes.
+pub fn gradient_noise_3d(point: DVec3, seed: u32) -> f32 {
+    let (x, y, at) = cell_of(point.truncate());
+    let (z, _, depth) = cell_of(DVec2::new(point.z, 0.0));
+    let at = [at.x, at.y, depth.x];
+    let weight = at.map(|t| t * t * t * (t * (t * 6.0 - 15.0) + 10.0));
+    let mut along_x = [0.0; 4];
+    for (edge, value) in along_x.iter_mut().enumerate() {
+        let (dy, dz) = ((edge & 1) as i32, (edge >> 1) as i32);
+        let line = mix(seed ^ (z.wrapping_add(dz) as u32).wrapping_mul(0xc2b2_ae3d));
+        let line = mix(line ^ (y.wrapping_add(dy) as u32).wrapping_mul(0x85eb_ca77));
+        let corner = |dx: i32| {
+            let bits = mix(line ^ (x.wrapping_add(dx) as u32).wrapping_mul(0x9e37_79b1));
+            // Ten bits a direction.
+            let part = |shift: u32| (bits >> shift & 0x3ff) as i32 as f32 * (2.0 / 1_023.0) - 1.0;
+            part(0) * (at[0] - dx as f32)
+                + part(10) * (at[1] - dy as f32)
+                + part(20) * (at[2] - dz as f32)
+        };
+        *value = mixed(corner(0), corner(1), weight[0]);
+    }
+    let near = mixed(along_x[0], along_x[1], weight[1]);
+    let far = mixed(along_x[2], along_x[3], weight[1]);
+    1.5 * mixed(near, far, weight[2])
 }
 
 /// Octaves of [`gradient_noise`], each half as high and half as wide as the one before; about -1 to 1.
@@ -118,6 +144,22 @@ mod tests {
             sum += value;
         }
         assert!((sum / 40_000.0).abs() < 0.02, "{sum}");
+    }
+
+    #[test]
+    fn noise_in_space_is_smooth_bounded_and_zero_in_the_mean() {
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for index in 0..40_000 {
+            let place = DVec2::new(f64::from(index % 200), f64::from(index / 200)) * 0.137;
+            let point = DVec3::new(place.x, -place.y, 0.3 * place.x + 0.7 * place.y);
+            let value = gradient_noise_3d(point, 7);
+            let step = gradient_noise_3d(point + DVec3::splat(1e-4), 7) - value;
+            assert!(value.abs() < 2.0 && step.abs() < 1e-3, "{value} {step} at {point}");
+            sum += value;
+            squares += value * value;
+        }
+        assert!((sum / 40_000.0).abs() < 0.02, "{sum}");
+        assert!((0.1..0.6).contains(&(squares / 40_000.0).sqrt()), "{squares}");
     }
 
     #[test]

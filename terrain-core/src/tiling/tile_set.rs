@@ -94,6 +94,23 @@ impl TileSet {
         true
     }
 
+    /// Adds all tiles of a row from the first to the last column.
+    pub fn insert_run(&mut self, level: u8, row: u32, (first, last): (u32, u32)) {
+        let runs = self.rows.entry((level, row)).or_default();
+        let start = runs.partition_point(|run| run.1.saturating_add(1) < first);
+        let end = runs.partition_point(|run| run.0 <= last.saturating_add(1)).max(start);
+        let tiles = |run: (u32, u32)| u64::from(run.1 - run.0) + 1;
+        let joined = runs[start..end]
+            .iter()
+            .fold((first, last), |joined, run| (joined.0.min(run.0), joined.1.max(run.1)));
+        let before: u64 = runs[start..end].iter().copied().map(tiles).sum();
+        runs.splice(start..end, [joined]);
+        self.len += tiles(joined) - before;
+        if level <= BIT_LEVEL_MAX {
+            (first..=last).for_each(|column| self.set_bit(TileId::new(level, row, column)));
+        }
+    }
+
     fn set_bit(&mut self, tile: TileId) {
         let level = usize::from(tile.level);
         if tile.level > BIT_LEVEL_MAX {
@@ -172,6 +189,17 @@ mod tests {
             let set: TileSet = ids.iter().map(|&(r, c)| TileId::new(level, r, c)).collect();
             prop_assert_eq!(set.iter().collect::<Vec<_>>(), plain.iter().copied().collect::<Vec<_>>());
             prop_assert_eq!(set.len(), plain.len() as u64);
+            let mut by_runs = TileSet::new();
+            for (index, tile) in plain.iter().enumerate() {
+                // Some runs overlap what is there, some join two.
+                let last = (tile.column + 1).min(15);
+                if index % 2 == 0 && plain.contains(&TileId { column: last, ..*tile }) {
+                    by_runs.insert_run(tile.level, tile.row, (tile.column, last));
+                } else {
+                    by_runs.insert_run(tile.level, tile.row, (tile.column, tile.column));
+                }
+            }
+            prop_assert_eq!(&by_runs, &set);
             for row in 0..4 {
                 for column in 0..16 {
                     let tile = TileId::new(level, row, column);

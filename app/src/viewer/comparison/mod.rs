@@ -128,6 +128,8 @@ impl Comparison {
 
 #[cfg(test)]
 mod tests {
+    use terrain_core::RendererSettings;
+
     use super::*;
 
     #[test]

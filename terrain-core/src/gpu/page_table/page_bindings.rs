@@ -25,7 +25,8 @@ pub(crate) struct PageTableUniforms {
     pub gutter_texels: u32,
     pub coarsest_level: u32,
     pub first_resident_level: u32,
-    pub padding: [u32; 2],
+    pub round_texels: i32,
+    pub padding: u32,
     pub data_first: [i32; 2],
     pub data_end: [i32; 2],
     pub uv_per_texel: Vec2,
@@ -53,7 +54,8 @@ impl PageTableUniforms {
             gutter_texels: layout.gutter_texels,
             coarsest_level: u32::from(layout.coarsest_level),
             first_resident_level: u32::from(layout.first_resident_level()),
-            padding: [0; 2],
+            round_texels: layout.round_texels,
+            padding: 0,
             data_first: layout.data_first.to_array(),
             data_end: layout.data_end.to_array(),
             uv_per_texel: grid.uv_per_texel(),
@@ -161,7 +163,11 @@ fn group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("page table"),
         entries: &[
-            entry(0, buffer(wgpu::BufferBindingType::Uniform)),
+            wgpu::BindGroupLayoutEntry {
+                // Vertices ask too for the pages that triangles lie on.
+                visibility: FRAGMENT_AND_COMPUTE | wgpu::ShaderStages::VERTEX,
+                ..entry(0, buffer(wgpu::BufferBindingType::Uniform))
+            },
             entry(1, buffer(wgpu::BufferBindingType::Storage { read_only: true })),
             entry(2, texture),
             entry(3, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),

@@ -7,7 +7,7 @@ use wgpu::util::DeviceExt;
 use super::gpu;
 use super::random_field::{BASE_STEPS, Random, STEP_M, field_steps, field_tile};
 use crate::CameraView;
-use crate::dataset::{ColourFormat, HeightRange, HeightRanges};
+use crate::dataset::{ColourFormat, HeightRange, HeightRanges, Shape};
 use crate::frame_setup::frame_uniforms;
 use crate::gpu::shader_library::LOOKUP_PROBE;
 use crate::gpu::{FrameBindings, GpuContext, TerrainCache};
@@ -51,6 +51,7 @@ impl Scene {
         let tree = TileTree {
             scheme,
             data_extent: scheme.root_extent(),
+            shape: Shape::Plane,
             heights: LayerTree { layout: LAYOUT, present: tiles },
             colours: None,
             height_ranges: HeightRanges { levels: vec![vec![Some(range)]] },

@@ -4,6 +4,7 @@
 //! over a valley and over a continent. All of them are the same on every run, and stay above the ground.
 
 mod forward;
+mod globe;
 mod ground;
 mod height_profile;
 mod standing;

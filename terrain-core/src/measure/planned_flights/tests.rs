@@ -2,6 +2,7 @@ use glam::{DVec2, DVec3, dvec2};
 
 use super::*;
 use crate::CameraView;
+use crate::dataset::Shape;
 use crate::tiling::Extent;
 
 const VIEWPORT: [u32; 2] = [640, 360];
@@ -270,4 +271,31 @@ fn nowhere_is_an_error_and_unknown_or_flat_ground_is_not() {
             assert!(planned.over(&ground(somewhere, height_m)).is_ok(), "{planned}");
         }
     }
+}
+
+/// A mountain on an ocean globe, beside the date line.
+#[test]
+fn flights_over_a_globe_stay_above_its_ground_and_near_its_highest() {
+    let summit_deg = dvec2(176.0, -40.0);
+    let east_deg =
+        |place_deg: DVec2| (place_deg.x - summit_deg.x + 180.0).rem_euclid(360.0) - 180.0;
+    let height_m = |point: DVec2, _: f64| {
+        let place_deg = Shape::Globe.user_from_world(point);
+        let away_deg = dvec2(east_deg(place_deg) * 0.77, place_deg.y - summit_deg.y).length();
+        Some(8_000.0 * (-0.02 * away_deg * away_deg).exp() - 3_000.0)
+    };
+    for planned in PlannedFlight::ALL {
+        let flight = planned.over_globe(10_000.0, &height_m).unwrap();
+        assert_eq!(flight.crs(), "EPSG:4326");
+        for frame in (0..flight.frame_count()).step_by(30) {
+            let eye = flight.view_at(flight.frame_time_s(frame), [64, 64]).eye;
+            let place_deg = Shape::Globe.user_from_world(eye.truncate());
+            assert!((place_deg.y - summit_deg.y).abs() < 20.0, "{planned}: {place_deg}");
+            assert!(east_deg(place_deg).abs() < 25.0, "{planned}: {place_deg}");
+            let ground_m = height_m(eye.truncate(), 0.0).unwrap();
+            assert!(eye.z > ground_m + 1_000.0, "{planned}: {} over {ground_m}", eye.z);
+        }
+    }
+    let flat = PlannedFlight::Hover.over_globe(10_000.0, &|_, _| Some(0.0)).unwrap();
+    assert!((flat.keyframes()[0].x - 10.0).abs() < 15.0);
 }

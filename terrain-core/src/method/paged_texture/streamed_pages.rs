@@ -35,7 +35,12 @@ impl PagedSource {
         let sizes = (layout.tile_size_texels, layout.gutter_texels);
         let of_colours = Arc::clone(source);
         Self {
-            layout: PageLayout::of_ground(&tree.scheme, &tree.data_extent, finest_level, sizes),
+            layout: PageLayout::of_ground(
+                &tree.scheme,
+                (&tree.data_extent, tree.shape),
+                finest_level,
+                sizes,
+            ),
             present: layer.map(|layer| layer.present.clone()).unwrap_or_default(),
             format,
             load: Arc::new(move |tile| load_colours(&*of_colours, format, tile)),

@@ -2,7 +2,7 @@ use glam::{DVec2, dvec2};
 
 use super::{Decoded, EncodedPoint, Encoding};
 use crate::CameraView;
-use crate::dataset::HeightRanges;
+use crate::dataset::{HeightRanges, Shape};
 use crate::frame_setup::frame_uniforms;
 use crate::gpu::{FrameUniforms, TilePlace, ToldFrom};
 use crate::renderer_settings::RendererSettings;
@@ -57,6 +57,7 @@ impl EncodingScene {
         let tree = TileTree {
             scheme,
             data_extent: scheme.root_extent(),
+            shape: Shape::Plane,
             heights: LayerTree { layout: layer.layout, present: TileSet::default() },
             colours: None,
             height_ranges: HeightRanges { levels: Vec::new() },

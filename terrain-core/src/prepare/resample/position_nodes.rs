@@ -41,6 +41,13 @@ impl PositionNodes {
         Self { columns, nodes }
     }
 
+    /// The same positions so many columns farther on.
+    #[must_use]
+    pub fn moved(&self, columns: f64) -> Self {
+        let moved = |node: &Option<DVec2>| node.map(|node| node + dvec2(columns, 0.0));
+        Self { columns: self.columns, nodes: self.nodes.iter().map(moved).collect() }
+    }
+
     /// The least and greatest columns and rows; `None` where no node has a position.
     pub fn bounds(&self) -> Option<(DVec2, DVec2)> {
         let known = || self.nodes.iter().flatten().copied();

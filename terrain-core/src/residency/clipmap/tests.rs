@@ -325,6 +325,7 @@ fn a_window_covers_the_ground_that_its_texels_size_asks_for() {
     let tree = |colours: Option<u32>| TileTree {
         scheme: SCHEME,
         data_extent: SCHEME.root_extent(),
+        shape: crate::dataset::Shape::Plane,
         heights: LayerTree { layout: layout(128), present: [TileId::ROOT].into_iter().collect() },
         colours: colours.map(|size| LayerTree {
             layout: layout(size),

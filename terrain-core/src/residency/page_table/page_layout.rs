@@ -1,5 +1,6 @@
 use glam::{DVec2, IVec2};
 
+use crate::dataset::Shape;
 use crate::tiling::{Extent, TileId, TilingScheme};
 
 /// The address of one tile of a virtual texture.
@@ -46,6 +47,9 @@ pub struct PageLayout {
     pub data_first: IVec2,
     /// Texel of level 0 after the last that holds data.
     pub data_end: IVec2,
+    /// Texels of level 0 once round, where what leaves the texture in the east comes back in the west; 0 where the
+    /// texture ends there. If not 0, level 0 is a power of two of whole pages wide, and so all levels go round too.
+    pub round_texels: i32,
     /// Where each level begins in a table over all pages, finest level first.
     level_starts: Vec<u32>,
 }
@@ -79,19 +83,20 @@ impl PageLayout {
             resident_levels: resident_levels.clamp(1, coarsest_level + 1),
             data_first: IVec2::ZERO,
             data_end: IVec2::new(size_texels[0] as i32, size_texels[1] as i32),
+            round_texels: 0,
             level_starts: Vec::new(),
         };
         layout.number_levels().then_some(layout)
     }
 
     /// The layout of the ground of a tiling, from its root's north-west corner to where its data ends,
-    /// with pages that are its tiles.
+    /// with pages that are its tiles. Those of a globe go round.
     ///
     /// `finest_level` is the finest level of tiles there is. Where that would make more pages than
     /// there may be, the layout ends at the finest level that does not.
     pub fn of_ground(
         scheme: &TilingScheme,
-        data_extent: &Extent,
+        (data_extent, shape): (&Extent, Shape),
         finest_level: u8,
         (tile_size_texels, gutter_texels): (u32, u32),
     ) -> Self {
@@ -115,6 +120,10 @@ impl PageLayout {
                 resident_levels: 1,
                 data_first: first.round().as_ivec2(),
                 data_end: end.round().as_ivec2(),
+                round_texels: match shape {
+                    Shape::Plane => 0,
+                    Shape::Globe => (tile_size_texels << finest_level) as i32,
+                },
                 level_starts: Vec::new(),
             };
             // A layout of one page always fits.
@@ -134,6 +143,15 @@ impl PageLayout {
             start += u64::from(self.columns_at(level)) * u64::from(self.rows_at(level));
         }
         start <= u64::from(Self::MOST_PAGES) && self.columns.max(self.rows) <= Self::MOST_A_SIDE
+    }
+
+    /// The texel of level 0 that stands for this one, which may lie beyond the texture: where the texture goes round,
+    /// the same in its own turn.
+    pub fn turned(&self, texel: IVec2) -> IVec2 {
+        match self.round_texels {
+            0 => texel,
+            round => IVec2::new(texel.x.rem_euclid(round), texel.y),
+        }
     }
 
     /// Columns of a level.
@@ -212,6 +230,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::geodesy::PlateCarree;
 
     proptest! {
         #[test]
@@ -247,7 +266,7 @@ mod tests {
     fn the_pages_of_ground_are_its_tiles_as_far_as_data_goes() {
         let scheme = TilingScheme { origin: dvec2(1_000.0, 9_000.0), root_size_m: 4_096.0 };
         let extent = Extent::new(dvec2(1_100.0, 6_000.0), dvec2(4_000.0, 8_900.0));
-        let layout = PageLayout::of_ground(&scheme, &extent, 5, (128, 4));
+        let layout = PageLayout::of_ground(&scheme, (&extent, Shape::Plane), 5, (128, 4));
         // Tiles of 128 m: 3,000 m east and south of the corner.
         assert_eq!((layout.columns, layout.rows, layout.coarsest_level), (24, 24, 5));
         assert_eq!(layout.data_first, IVec2::new(100, 100));
@@ -262,14 +281,24 @@ mod tests {
     #[test]
     fn ground_deeper_than_tables_can_be_ends_at_a_coarser_level() {
         let scheme = TilingScheme { origin: DVec2::ZERO, root_size_m: 1.0e6 };
-        let layout = PageLayout::of_ground(&scheme, &scheme.root_extent(), 20, (384, 4));
+        let layout =
+            PageLayout::of_ground(&scheme, (&scheme.root_extent(), Shape::Plane), 20, (384, 4));
         assert_eq!((layout.coarsest_level, layout.columns), (11, 2_048));
         assert!(layout.page_count() <= PageLayout::MOST_PAGES);
         assert_eq!(layout.tile_of(PageId { level: 0, row: 7, column: 9 }), TileId::new(11, 7, 9));
     }
 
     #[test]
-    fn the_paper_s_globe_fits() {
+    fn the_paper_s_globe_fits_and_goes_round() {
+        let (scheme, extent) = (PlateCarree::scheme(), PlateCarree::extent());
+        let ground = PageLayout::of_ground(&scheme, (&extent, Shape::Globe), 9, (512, 4));
+        assert_eq!((ground.columns, ground.rows, ground.coarsest_level), (512, 256, 9));
+        assert_eq!(
+            (ground.data_first, ground.data_end),
+            (IVec2::ZERO, IVec2::new(1 << 18, 1 << 17))
+        );
+        assert_eq!(ground.turned(IVec2::new(1 << 18, 5)), IVec2::new(0, 5));
+        assert_eq!(ground.turned(IVec2::new(-1, 5)), IVec2::new((1 << 18) - 1, 5));
         let layout = PageLayout::of_texture([1 << 18, 1 << 17], (512, 4), 3).unwrap();
         assert_eq!((layout.columns, layout.rows, layout.coarsest_level), (512, 256, 9));
         assert_eq!(layout.first_resident_level(), 7);

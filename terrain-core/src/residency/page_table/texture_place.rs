@@ -16,13 +16,15 @@ impl TexturePlace {
     /// The place at texture coordinates (s, t), both in [0, 1] over all that holds data.
     pub fn from_coordinates(layout: &PageLayout, st: DVec2) -> Self {
         let texels = st * (layout.data_end - layout.data_first).as_dvec2();
-        Self::from_offset(layout.data_first, texels)
+        Self::from_offset(layout, layout.data_first, texels)
     }
 
-    /// The place so many texels of level 0 from a texel's north-west corner.
-    pub fn from_offset(texel: IVec2, offset_texels: DVec2) -> Self {
+    /// The place so many texels of level 0 from a texel's north-west corner; where the texture goes round, in its own
+    /// turn.
+    pub fn from_offset(layout: &PageLayout, texel: IVec2, offset_texels: DVec2) -> Self {
         let whole = offset_texels.floor();
-        Self { texel: texel + whole.as_ivec2(), part: (offset_texels - whole).as_vec2() }
+        let texel = layout.turned(texel + whole.as_ivec2());
+        Self { texel, part: (offset_texels - whole).as_vec2() }
     }
 
     /// The page of a level that holds the place; places beyond the texture belong to its outermost pages,

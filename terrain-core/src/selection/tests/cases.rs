@@ -4,7 +4,7 @@ use glam::{DVec2, dvec2, dvec3};
 use proptest::prelude::*;
 
 use crate::CameraView;
-use crate::dataset::{HeightRange, HeightRanges};
+use crate::dataset::{HeightRange, HeightRanges, Shape};
 use crate::selection::{
     LayerTree, SeenGround, Selection, SelectionConfig, Shortening, Strategy as TileStrategy,
     TileTree, VisibleRegion,
@@ -88,6 +88,7 @@ pub fn tree(seed: u64, height_levels: u8, colour_levels: Option<u8>, density: u6
     TileTree {
         scheme: SCHEME,
         data_extent: SCHEME.root_extent(),
+        shape: Shape::Plane,
         heights: layer(height_levels, 128, is_present(1)),
         colours: colour_levels.map(|levels| layer(levels, 384, is_present(2))),
         height_ranges: height_ranges(seed, height_levels.min(3)),

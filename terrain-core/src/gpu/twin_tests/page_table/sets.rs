@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use glam::{DVec2, Vec2, dvec2};
 
-use super::{MOST_TAPS, PageProbePoint, Stage, mapped};
-use crate::gpu::page_table::{GatherPagesPass, RequestImage, SamplePagesPass};
+use super::{MOST_TAPS, PageProbePoint, Stage, layout, mapped};
+use crate::gpu::page_table::{GatherPagesPass, PageMarks, RequestImage, SamplePagesPass};
 use crate::gpu::read_texture;
 use crate::gpu::twin_tests::gpu;
 use crate::residency::page_table::{
@@ -88,12 +88,13 @@ fn single_steps(asked: &PagesAsked) -> BTreeSet<(PageId, u32)> {
 #[test]
 fn the_list_the_whole_image_and_brute_force_give_the_same_pages() {
     let Some(gpu) = gpu() else { return };
-    let stage = Stage::new(gpu, 0.0, true);
+    let stage = Stage::new(gpu, layout(), 0.0, true);
     let pixels = slanted_plane();
     let image = request_image(&stage, &pixels);
 
-    let gather = GatherPagesPass::new(&stage.gpu.device, &stage.layout, &stage.pages);
-    let bytes = GatherPagesPass::list_bytes(GatherPagesPass::MOST_LISTED);
+    let marks = PageMarks::new(&stage.gpu.device, &stage.layout, &stage.pages);
+    let gather = GatherPagesPass::new(&stage.gpu.device, &marks, &stage.pages);
+    let bytes = PageMarks::list_bytes(PageMarks::MOST_LISTED);
     let back = stage.gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
         size: bytes,
@@ -103,9 +104,9 @@ fn the_list_the_whole_image_and_brute_force_give_the_same_pages() {
     let mut encoder = stage.gpu.device.create_command_encoder(&Default::default());
     // Twice: the second time finds nothing of the first.
     for _ in 0..2 {
-        gather.record(&stage.gpu.device, &mut encoder, &image, &stage.pages);
+        gather.record(&stage.gpu.device, &mut encoder, &image, &marks, &stage.pages);
     }
-    assert_eq!(gather.copy_list(&mut encoder, &back, u32::MAX), bytes);
+    assert_eq!(marks.copy_list(&mut encoder, &back, u32::MAX), bytes);
     stage.gpu.queue.submit([encoder.finish()]);
     let words = bytemuck::pod_collect_to_vec::<u8, u32>(&mapped(&stage.gpu, &back));
     let listed = bytemuck::cast_slice::<u32, PageRequest>(&words[2..2 + 2 * words[0] as usize]);
@@ -133,7 +134,7 @@ fn the_list_the_whole_image_and_brute_force_give_the_same_pages() {
 #[test]
 fn one_pixel_of_each_block_sees_a_part_and_all_of_them_in_turn_everything() {
     let Some(gpu) = gpu() else { return };
-    let stage = Stage::new(gpu, 0.0, true);
+    let stage = Stage::new(gpu, layout(), 0.0, true);
     let image = request_image(&stage, &slanted_plane());
     let texels = read_texture(&stage.gpu, &image.texture, IMAGE_PX, RequestImage::TEXEL_BYTES);
     let texels = bytemuck::pod_collect_to_vec::<u8, PageRequest>(&texels.unwrap());
