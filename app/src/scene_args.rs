@@ -71,9 +71,9 @@ impl SceneArgs {
 
     fn models(&self, source: &dyn TileSource) -> anyhow::Result<Option<Arc<ModelScene>>> {
         let Some(path) = &self.models else { return Ok(None) };
-        let scene = ModelScene::load(path)?;
-        let checked = scene.check_crs(&source.manifest().crs).map_err(anyhow::Error::msg);
-        checked.with_context(|| path.display().to_string())?;
+        let placed = ModelScene::load(path)?.placed_on(source.manifest());
+        let scene = placed.map_err(anyhow::Error::msg);
+        let scene = scene.with_context(|| path.display().to_string())?;
         for note in &scene.notes {
             output::say(&format!("terrain: {note}"));
         }

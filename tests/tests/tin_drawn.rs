@@ -134,7 +134,9 @@ fn the_picture_is_as_true_as_the_triangles() {
             let metre_px = 1.0 / (view.pixel_angle_rad() * 250.0);
             assert!(off.screen_px <= (max_error_m + 0.3) * metre_px, "{}", off.screen_px);
             if let Some(before) = before {
-                assert!(off.flip < before.flip && off.screen_px < before.screen_px);
+                assert!(off.screen_px < before.screen_px);
+                // Of the last quarters most is not the triangles any more.
+                assert!(off.flip < before.flip + 0.001, "{}", off.flip);
             }
             before = Some(off);
         }

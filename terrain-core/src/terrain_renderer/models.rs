@@ -82,12 +82,15 @@ impl TerrainRenderer {
     }
 
     pub(super) fn set_up_models(&mut self, scene: &SceneState) {
-        let Self { gpu, settings, ledger, frame, method, objects: Some(objects), .. } = self else {
+        let Self { gpu, source, settings, ledger, frame, method, objects: Some(objects), .. } =
+            self
+        else {
             return;
         };
         let mut cx = FrameContext { gpu, settings, ledger, frame: *frame };
         let ground = GroundBelow {
             tree: method.tree(),
+            shape: source.manifest().shape,
             version: method.data_version(),
             height_m: &|point| method.ground_height_m(point),
         };
