@@ -84,7 +84,7 @@ pub struct RenderArgs {
 
     /// Trace the exact picture on the CPU instead, from the full-resolution data, to tell how true a
     /// drawn one is; of the options on drawing only --exaggeration counts
-    #[arg(long, conflicts_with_all = ["settle", "frames", "json"])]
+    #[arg(long, conflicts_with_all = ["settle", "frames", "json", "models", "tin"])]
     reference: bool,
 
     /// Print what the frames did and cost, as JSON
