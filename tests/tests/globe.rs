@@ -176,11 +176,12 @@ fn every_pixel_shows_the_ground_that_is_there_to_a_sixteenth_of_a_pixel() {
     assert!(farthest_px < 0.3, "{farthest_px}");
 }
 
-/// The mean difference of all channels, and the largest.
-fn difference(a: &Picture, b: &Picture) -> (f64, u8) {
+/// The mean difference of all channels, the largest, and how many of them are more than 3.
+fn difference(a: &Picture, b: &Picture) -> (f64, u8, usize) {
     let channels = || a.rgba.iter().zip(&b.rgba).map(|(a, b)| a.abs_diff(*b));
     let sum: f64 = channels().map(f64::from).sum();
-    (sum / a.rgba.len() as f64, channels().max().unwrap_or(0))
+    let large = channels().filter(|difference| *difference > 3).count();
+    (sum / a.rgba.len() as f64, channels().max().unwrap_or(0), large)
 }
 
 #[test]
@@ -196,9 +197,10 @@ fn a_globe_turned_by_a_quarter_looks_the_same() {
         let there = CameraView { eye: view.eye + DVec3::X * 0.25 * PlateCarree::EQUATOR_M, ..view };
         let a = bench.settled_picture(&view).unwrap();
         let b = turned.settled_picture(&there).unwrap();
-        let (mean, worst) = difference(&a, &b);
+        let (mean, worst, large) = difference(&a, &b);
         println!("{:?}: {mean:.4} in the mean, {worst} at the most", view.eye);
-        assert!(mean < 0.05 && worst <= 6, "{view:?}: {mean} {worst}");
+        // At the limb a sample may fall on either side.
+        assert!(mean < 0.01 && large <= 12, "{view:?}: {mean} {large}");
     }
 }
 
@@ -237,7 +239,7 @@ fn the_way_to_a_view_does_not_show() {
     let here = view(180.0, -15.0, 1.0e5, -20.0);
     let in_flight = flown.settled_picture(&here).unwrap();
     let mut fresh = Bench::on(&flown.gpu, hilly_source(), settings()).unwrap();
-    let (_, worst) = difference(&in_flight, &fresh.settled_picture(&here).unwrap());
+    let (_, worst, _) = difference(&in_flight, &fresh.settled_picture(&here).unwrap());
     // Which slots the pages got goes by the order in which they came; filtering rounds accordingly.
     assert!(worst <= 1, "the picture depends on the way there: {worst}");
 }
