@@ -5,7 +5,7 @@ use std::str::FromStr;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use terrain_core::dataset::Shape;
-use terrain_core::residency::page_table::PageFeedback;
+use terrain_core::residency::page_table::{FaceCulling, PageFeedback};
 use terrain_core::selection::{Shortening, Strategy, Visibility};
 use terrain_core::{AntiAliasing, RendererSettings};
 
@@ -19,8 +19,9 @@ pub struct DrawingArgs {
     /// tables; cpu-frustum, tiles by the view frustum and screen-space error; cpu-mesh, a
     /// triangulation made on the CPU for the view and sent as geometry; clipmap, windows round the
     /// eye instead of tiles; page-table, imagery as one virtual texture, of which the GPU finds the
-    /// tiles that pixels need. Only page-table draws a dataset of the globe as a globe, all others draw
-    /// it as a map [default: page-table for a globe, else rtt-quadtree]
+    /// tiles that pixels need; texture-map, the same texture, its tiles found by laying the ground's
+    /// triangles into it. Only page-table draws a dataset of the globe as a globe, all others draw it as
+    /// a map [default: page-table for a globe, else rtt-quadtree]
     #[arg(long, value_name = "STRATEGY", value_parser = strategies())]
     strategy: Option<Strategy>,
 
@@ -33,6 +34,11 @@ pub struct DrawingArgs {
     /// read back; jittered, one pixel of each 8x8 block in turn
     #[arg(long, value_name = "FEEDBACK", default_value_t, value_parser = page_feedbacks())]
     page_feedback: PageFeedback,
+
+    /// Where texture-map drops triangles that turn their backs on the eye: compute, in a pass before they
+    /// are rasterised; vertex, in the vertex stage; fragment, afterwards
+    #[arg(long, value_name = "STAGE", default_value_t, value_parser = face_cullings())]
+    face_culling: FaceCulling,
 
     /// How rtt-quadtree and rtt-quadtree-gpu make a list of too many tiles short: farthest, the farthest
     /// tiles are merged; least-error, those whose parent shows the smallest error, and tiles of which
@@ -115,6 +121,7 @@ impl DrawingArgs {
             strategy: self.strategy.unwrap_or(strategy),
             visibility: self.visibility,
             page_feedback: self.page_feedback,
+            face_culling: self.face_culling,
             shortening: self.shortening,
             cache_columns,
             cache_rows,
@@ -152,6 +159,12 @@ fn visibilities() -> impl TypedValueParser<Value = Visibility> {
 fn page_feedbacks() -> impl TypedValueParser<Value = PageFeedback> {
     PossibleValuesParser::new(PageFeedback::ALL.map(PageFeedback::name))
         .try_map(|name| name.parse::<PageFeedback>())
+}
+
+/// A face culling by its name.
+fn face_cullings() -> impl TypedValueParser<Value = FaceCulling> {
+    PossibleValuesParser::new(FaceCulling::ALL.map(FaceCulling::name))
+        .try_map(|name| name.parse::<FaceCulling>())
 }
 
 /// A way to shorten by its name.

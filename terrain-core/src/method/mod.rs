@@ -10,6 +10,7 @@ mod cpu_mesh;
 mod drawn_tiles;
 mod globe;
 mod gpu_tile_scheduling;
+mod objects;
 mod page_table;
 mod paged_texture;
 mod region_state;
@@ -24,6 +25,7 @@ use self::clipmap::Clipmap;
 use self::cpu_mesh::CpuMesh;
 use self::globe::Globe;
 use self::gpu_tile_scheduling::GpuTileScheduling;
+pub(crate) use self::objects::{GroundBelow, Objects};
 use self::page_table::PageTable;
 use self::tile_scheduling::TileScheduling;
 use crate::CameraView;
@@ -31,6 +33,7 @@ use crate::dataset::{Shape, TileSource};
 use crate::gpu::{DebugImage, FrameGroup, GpuContext, TargetKind};
 use crate::measure::{FrameLedger, FrameRecord};
 use crate::renderer_settings::RendererSettings;
+use crate::residency::page_table::PagesAsked;
 use crate::selection::{Selection, Strategy, TileTree};
 use crate::terrain_renderer::RenderError;
 
@@ -162,6 +165,11 @@ pub(crate) trait TerrainMethod {
     /// The tiles chosen last.
     fn selection(&self) -> &Selection;
 
+    /// What the latest image of a virtual texture asked for; `None` where there is no such texture.
+    fn pages_asked(&self) -> Option<PagesAsked> {
+        None
+    }
+
     /// Height of the ground in metres above the datum, without exaggeration, as well as it is known in
     /// memory. `None` outside the data.
     fn ground_height_m(&self, point: DVec2) -> Option<f64>;
@@ -195,7 +203,7 @@ impl MethodKey {
             Strategy::RttQuadtreeGpu => MethodKind::GpuTileScheduling,
             Strategy::CpuMesh => MethodKind::CpuMesh,
             Strategy::Clipmap => MethodKind::Clipmap,
-            Strategy::PageTable => MethodKind::PageTable,
+            Strategy::PageTable | Strategy::TextureMap => MethodKind::PageTable,
         };
         let made_for = match kind {
             MethodKind::TileScheduling => TileScheduling::made_for(settings),
