@@ -91,7 +91,7 @@ pub fn render_reference(
 ) -> Result<ReferencePicture, ReferenceError> {
     check_view(view)?;
     let settings = settings.checked();
-    let tracer: Box<dyn Tracer> = match scene.shape {
+    let tracer: Box<dyn Tracer> = match scene.shape() {
         Shape::Plane => Box::new(PlaneTracer::new(scene, view, &settings)),
         Shape::Globe => Box::new(GlobeTracer::new(scene, view, &settings)),
     };

@@ -17,7 +17,7 @@ use crate::tiling::TileId;
 /// May be used from many threads at once. Ground whose tiles cannot be read counts as ground
 /// without data; [`ReferenceScene::check`] tells. Points and rays are those of the dataset's map, of a globe as well.
 pub struct ReferenceScene {
-    pub(super) shape: Shape,
+    shape: Shape,
     pub(super) tree: TileTree,
     pub(super) imagery: Option<Imagery>,
     heights: LazyTiles<HeightGrid>,
@@ -90,6 +90,11 @@ impl ReferenceScene {
             Some(failure) => Err(failure.clone().into()),
             None => Ok(()),
         }
+    }
+
+    /// What the ground lies on.
+    pub fn shape(&self) -> Shape {
+        self.shape
     }
 
     /// Bytes of memory that the tiles read so far take.
