@@ -4,45 +4,17 @@
 // Departures from the paper: its second stage marks the finest pages under what is asked for, so that a coarse
 // page comes up once for each of them, where here a page marks itself; and its third scans all marks, where here
 // whoever sets a page's first mark puts it on the list, so that the cost does not grow with the texture.
-// needs: common/page_table.wgsl
+// needs: common/page_table.wgsl common/page_marks.wgsl
 
 // U1: what each pixel asks for.
 @group(0) @binding(0) var requests: texture_2d<u32>;
-// U2: a word a page, the bits of the steps that it is wanted at.
-@group(0) @binding(1) var<storage, read_write> marks: array<atomic<u32>>;
 
-// U3.
-struct PageList {
-    // Pages found; more than MOST_LISTED where not all are on the list.
-    count: atomic<u32>,
-    padding: u32,
-    pages: array<vec2<u32>>,
-}
-
-@group(0) @binding(2) var<storage, read_write> list: PageList;
-
-const MOST_LISTED: u32 = 16384u;
 // Pixels along the side of a block that one invocation looks through: 2^p.
 const BLOCK_PX: u32 = 4u;
 const NO_REQUEST: u32 = 0xffffffffu;
 
 fn requested_page(request: vec2<u32>) -> vec2<u32> {
     return vec2<u32>(request.y & 0xffffu, request.y >> 16u);
-}
-
-fn mark(request: vec2<u32>) {
-    let level = request.x & 0xffu;
-    let steps = request.x >> 8u;
-    let address = page_address(level, requested_page(request));
-    if (atomicLoad(&marks[address]) & steps) == steps {
-        return;
-    }
-    if atomicOr(&marks[address], steps) == 0u {
-        let place = atomicAdd(&list.count, 1u);
-        if place < MOST_LISTED {
-            list.pages[place] = vec2<u32>(level, request.y);
-        }
-    }
 }
 
 @compute @workgroup_size(8, 8)
@@ -58,7 +30,7 @@ fn mark_pages(@builtin(global_invocation_id) block: vec3<u32>) {
             if all(request == before) { continue; }
             before = request;
             if request.x != NO_REQUEST {
-                mark(request);
+                mark_page(request.x & 0xffu, requested_page(request), request.x >> 8u);
             }
         }
     }

@@ -17,7 +17,7 @@ fn request_vertex(@location(0) relative_m: vec3<f32>) -> RequestVertex {
 @fragment
 fn request_fragment(in: RequestVertex) -> @location(0) vec2<u32> {
     let offset_m = in.relative_m.xy;
-    let footprint = page_footprint(ground_texels(dpdx(offset_m)), ground_texels(dpdy(offset_m)));
+    let footprint = page_footprint(ground_texels(dpdxFine(offset_m)), ground_texels(dpdyFine(offset_m)));
     if HAS_VOIDS {
         let entry = tile_entries[find_tile(frame.height_table, fixed_from_offset(offset_m))];
         if sample_slope(entry.place, texel_in_tile(entry.place, offset_m), 0.0).z < 0.5 {
@@ -25,4 +25,16 @@ fn request_fragment(in: RequestVertex) -> @location(0) vec2<u32> {
         }
     }
     return page_request(ground_place(offset_m), footprint);
+}
+
+// The depth alone, of all that asks.
+@fragment
+fn depth_fragment(in: RequestVertex) -> @location(0) f32 {
+    if HAS_VOIDS {
+        let entry = tile_entries[find_tile(frame.height_table, fixed_from_offset(in.relative_m.xy))];
+        if sample_slope(entry.place, texel_in_tile(entry.place, in.relative_m.xy), 0.0).z < 0.5 {
+            discard;
+        }
+    }
+    return in.clip.z;
 }

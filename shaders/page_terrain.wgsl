@@ -55,7 +55,7 @@ fn bare_ground(pixel: Footprint, relative_z_m: f32) -> vec3<f32> {
 @fragment
 fn page_fragment_within(in: WithinVertex) -> @location(0) vec4<f32> {
     let offset_m = in.relative_m.xy;
-    let pixel = Footprint(offset_m, dpdx(offset_m), dpdy(offset_m));
+    let pixel = Footprint(offset_m, dpdxFine(offset_m), dpdyFine(offset_m));
     let height_tile = TilePlace(in.height_ground.xy, in.height_ground.z, in.height_texel);
     let surface = surface_within(height_tile, pixel);
     if HAS_VOIDS {
@@ -69,7 +69,7 @@ fn page_fragment_within(in: WithinVertex) -> @location(0) vec4<f32> {
 @fragment
 fn page_fragment_across(in: AcrossVertex) -> @location(0) vec4<f32> {
     let offset_m = in.relative_m.xy;
-    let pixel = Footprint(offset_m, dpdx(offset_m), dpdy(offset_m));
+    let pixel = Footprint(offset_m, dpdxFine(offset_m), dpdyFine(offset_m));
     let height_tile = tile_entries[find_tile(frame.height_table, fixed_from_offset(offset_m))].place;
     let surface = surface_under(height_tile, pixel);
     if HAS_VOIDS {

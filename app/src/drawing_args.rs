@@ -4,7 +4,8 @@ use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use terrain_core::residency::page_table::PageFeedback;
+use terrain_core::dataset::Shape;
+use terrain_core::residency::page_table::{FaceCulling, PageFeedback};
 use terrain_core::selection::{Shortening, Strategy, Visibility};
 use terrain_core::{AntiAliasing, RendererSettings};
 
@@ -18,9 +19,11 @@ pub struct DrawingArgs {
     /// tables; cpu-frustum, tiles by the view frustum and screen-space error; cpu-mesh, a
     /// triangulation made on the CPU for the view and sent as geometry; clipmap, windows round the
     /// eye instead of tiles; page-table, imagery as one virtual texture, of which the GPU finds the
-    /// tiles that pixels need
-    #[arg(long, value_name = "STRATEGY", default_value_t, value_parser = strategies())]
-    strategy: Strategy,
+    /// tiles that pixels need; texture-map, the same texture, its tiles found by laying the ground's
+    /// triangles into it. Only page-table draws a dataset of the globe as a globe, all others draw it as
+    /// a map [default: page-table for a globe, else rtt-quadtree]
+    #[arg(long, value_name = "STRATEGY", value_parser = strategies())]
+    strategy: Option<Strategy>,
 
     /// What counts as visible for rtt-quadtree and rtt-quadtree-gpu: box, all of the box round what the
     /// GPU saw; exact, only the tiles its pixels lie on
@@ -31,6 +34,11 @@ pub struct DrawingArgs {
     /// read back; jittered, one pixel of each 8x8 block in turn
     #[arg(long, value_name = "FEEDBACK", default_value_t, value_parser = page_feedbacks())]
     page_feedback: PageFeedback,
+
+    /// Where texture-map drops triangles that turn their backs on the eye: compute, in a pass before they
+    /// are rasterised; vertex, in the vertex stage; fragment, afterwards
+    #[arg(long, value_name = "STAGE", default_value_t, value_parser = face_cullings())]
+    face_culling: FaceCulling,
 
     /// How rtt-quadtree and rtt-quadtree-gpu make a list of too many tiles short: farthest, the farthest
     /// tiles are merged; least-error, those whose parent shows the smallest error, and tiles of which
@@ -100,15 +108,20 @@ enum Smoothing {
 pub struct Size(pub [u32; 2]);
 
 impl DrawingArgs {
-    /// The renderer's settings; `exaggeration` where the user gives none.
-    pub fn settings(&self, exaggeration: f64) -> RendererSettings {
+    /// The renderer's settings for ground of a shape; `exaggeration` where the user gives none.
+    pub fn settings(&self, shape: Shape, exaggeration: f64) -> RendererSettings {
+        let strategy = match shape {
+            Shape::Plane => Strategy::default(),
+            Shape::Globe => Strategy::PageTable,
+        };
         let defaults = RendererSettings::default();
         let [cache_columns, cache_rows] = self.cache.0;
         let most_tiles = RendererSettings::most_tiles_of(cache_columns, cache_rows);
         RendererSettings {
-            strategy: self.strategy,
+            strategy: self.strategy.unwrap_or(strategy),
             visibility: self.visibility,
             page_feedback: self.page_feedback,
+            face_culling: self.face_culling,
             shortening: self.shortening,
             cache_columns,
             cache_rows,
@@ -146,6 +159,12 @@ fn visibilities() -> impl TypedValueParser<Value = Visibility> {
 fn page_feedbacks() -> impl TypedValueParser<Value = PageFeedback> {
     PossibleValuesParser::new(PageFeedback::ALL.map(PageFeedback::name))
         .try_map(|name| name.parse::<PageFeedback>())
+}
+
+/// A face culling by its name.
+fn face_cullings() -> impl TypedValueParser<Value = FaceCulling> {
+    PossibleValuesParser::new(FaceCulling::ALL.map(FaceCulling::name))
+        .try_map(|name| name.parse::<FaceCulling>())
 }
 
 /// A way to shorten by its name.
@@ -216,7 +235,7 @@ mod tests {
     fn the_most_tiles_follow_the_cache_unless_given() {
         let settings = |line: &[&str]| {
             let line = ["draw"].iter().chain(line);
-            Line::try_parse_from(line).unwrap().drawing.settings(2.0)
+            Line::try_parse_from(line).unwrap().drawing.settings(Shape::Plane, 2.0)
         };
         assert_eq!(settings(&["--cache", "8x8"]).max_tiles, 56);
         assert_eq!(settings(&["--cache", "8x8", "--max-tiles", "20"]).max_tiles, 20);
@@ -231,14 +250,27 @@ mod tests {
     }
 
     #[test]
+    fn a_globe_is_drawn_as_one_unless_told_otherwise() {
+        let strategy = |line: &[&str], shape| {
+            let line = ["draw"].iter().chain(line);
+            Line::try_parse_from(line).unwrap().drawing.settings(shape, 1.0).strategy
+        };
+        assert_eq!(strategy(&[], Shape::Globe), Strategy::PageTable);
+        assert_eq!(strategy(&[], Shape::Plane), Strategy::RttQuadtree);
+        assert_eq!(strategy(&["--strategy", "clipmap"], Shape::Globe), Strategy::Clipmap);
+    }
+
+    #[test]
     fn sizes_in_pixels_are_drawn_as_given_or_refused() {
         let parse = |option: &str, value: &str| Line::try_parse_from(["draw", option, value]);
         for value in ["0.1", "2", "64"] {
-            let texel_px = parse("--texel-px", value).unwrap().drawing.settings(1.0).texel_px;
+            let texel_px =
+                parse("--texel-px", value).unwrap().drawing.settings(Shape::Plane, 1.0).texel_px;
             assert_eq!(texel_px, value.parse::<f64>().unwrap());
         }
         for value in ["1", "64"] {
-            let settings = parse("--triangle-px", value).unwrap().drawing.settings(1.0);
+            let settings =
+                parse("--triangle-px", value).unwrap().drawing.settings(Shape::Plane, 1.0);
             assert_eq!(settings.triangle_px, value.parse::<f64>().unwrap());
         }
         for (option, values) in [

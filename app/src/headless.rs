@@ -8,6 +8,7 @@ use serde::Serialize;
 use terrain_core::dataset::TileSource;
 use terrain_core::gpu::{AdapterChoice, GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
 use terrain_core::measure::FrameRecord;
+use terrain_core::surface::models::ModelScene;
 use terrain_core::{CameraView, NoProgress, Progress, RendererSettings, TerrainRenderer};
 
 use crate::output;
@@ -61,6 +62,14 @@ impl Headless {
         let renderer = TerrainRenderer::new(Arc::clone(&gpu), source, settings)?;
         let target = OffscreenTarget::new(&gpu, size_px);
         Ok(Self { gpu, renderer, target, has_begun: false })
+    }
+
+    /// Draws models on the ground from the next frame on, or none.
+    ///
+    /// # Errors
+    /// Where they cannot be drawn.
+    pub fn set_models(&mut self, models: Option<Arc<ModelScene>>) -> anyhow::Result<()> {
+        Ok(self.renderer.set_models(models)?)
     }
 
     /// Draws a frame and waits for it; at [`Pace::Settled`] as many as it takes until nothing is missing.

@@ -16,6 +16,7 @@ mod npy;
 mod output;
 mod pictures;
 mod progress;
+mod scene_args;
 mod viewer;
 
 use std::io::Write;

@@ -31,13 +31,17 @@ fn tint_by_height(relative_z_m: f32) -> vec3<f32> {
     return low + (high - low) * part;
 }
 
-// Light on a slope relative to level ground, so that imagery on level ground keeps its colours.
-fn light(slope: vec2<f32>) -> f32 {
-    let normal = normalize(vec3<f32>(-slope * frame.vertical_exaggeration, 1.0));
+// Light on a surface relative to level ground, so that imagery on level ground keeps its colours.
+fn light_on(normal: vec3<f32>) -> f32 {
     let ambient = 0.35 + 0.15 * normal.z;
     let direct = max(dot(normal, frame.sun_direction), 0.0);
     let level = 0.5 + frame.sun_direction.z;
     return mix(1.0, (ambient + direct) / level, frame.shading_strength);
+}
+
+// Light on a slope of the ground.
+fn light(slope: vec2<f32>) -> f32 {
+    return light_on(normalize(vec3<f32>(-slope * frame.vertical_exaggeration, 1.0)));
 }
 
 fn level_colour(level: u32) -> vec3<f32> {

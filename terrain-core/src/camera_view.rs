@@ -102,6 +102,20 @@ impl CameraView {
         Mat4::from_cols(row(x, 0.0), row(y, 0.0), row(DVec3::ZERO, near_m), row(w, 0.0)).transpose()
     }
 
+    /// Whether a sphere of so many metres round a world point may be seen: false only where it lies beyond a side
+    /// of the view as a whole, or behind the eye.
+    pub fn may_see_sphere(&self, centre: DVec3, radius_m: f64) -> bool {
+        let in_view = self.view_from_world() * (centre - self.eye);
+        let half_height = (0.5 * self.fov_y_deg.to_radians()).tan();
+        let depth_m = -in_view.z;
+        // Distance beyond the nearer of two opposite planes through the eye.
+        let beyond_m =
+            |across_m: f64, slope: f64| (across_m.abs() - depth_m * slope) / slope.hypot(1.0);
+        let sides = [(in_view.x, half_height * self.aspect()), (in_view.y, half_height)];
+        let is_beyond = sides.iter().any(|&(across_m, slope)| beyond_m(across_m, slope) > radius_m);
+        !is_beyond && -depth_m <= radius_m
+    }
+
     /// The unit world direction through a pixel position (x right, y down, pixel centres at .5).
     pub fn ray_direction(&self, pixel_x: f64, pixel_y: f64) -> DVec3 {
         let half_height = (0.5 * self.fov_y_deg.to_radians()).tan();
@@ -166,6 +180,31 @@ mod tests {
         assert!((f64::from(ndc.x) - (200.0 / 640.0 - 1.0)).abs() < 1e-6);
         assert!((f64::from(ndc.y) - (1.0 - 600.0 / 360.0)).abs() < 1e-6);
         assert!((ndc.z - 1.0 / clip.w).abs() < 1e-9, "depth is near over distance");
+    }
+
+    #[test]
+    fn a_sphere_is_left_out_only_where_no_pixel_meets_it() {
+        let view = view();
+        let pixels = (0..90)
+            .flat_map(|y| (0..160).map(move |x| (8.0 * x as f64 + 4.0, 8.0 * y as f64 + 4.0)));
+        let rays = pixels.map(|(x, y)| view.ray_direction(x, y)).collect::<Vec<_>>();
+        let mut seen = 0;
+        for index in 0..400 {
+            let turn = f64::from(index) * 2.399_963;
+            let offset = dvec3(turn.cos(), turn.sin(), 1.0 - f64::from(index) / 200.0)
+                * (50.0 + f64::from(index));
+            let met = rays.iter().any(|ray| {
+                let along = ray.dot(offset).max(0.0);
+                (offset - along * *ray).length() < 20.0
+            });
+            seen += usize::from(met);
+            assert!(!met || view.may_see_sphere(view.eye + offset, 20.0), "{offset}");
+        }
+        assert!(seen > 20, "{seen}");
+        assert!(!view.may_see_sphere(view.eye - 100.0 * view.forward(), 50.0), "behind the eye");
+        let side = view.view_from_world().row(0);
+        assert!(!view.may_see_sphere(view.eye + 300.0 * view.forward() + 500.0 * side, 50.0));
+        assert!(view.may_see_sphere(view.eye, f64::INFINITY));
     }
 
     #[test]

@@ -18,8 +18,8 @@ const SUN_AZIMUTH_DEG: f64 = 315.0;
 const SUN_ELEVATION_DEG: f64 = 40.0;
 
 /// Linear light of the sky at the horizon (and of the haze) and overhead.
-const HAZE_COLOUR: Vec3 = Vec3::new(0.66, 0.76, 0.86);
-const ZENITH_COLOUR: Vec3 = Vec3::new(0.10, 0.25, 0.56);
+pub(crate) const HAZE_COLOUR: Vec3 = Vec3::new(0.66, 0.76, 0.86);
+pub(crate) const ZENITH_COLOUR: Vec3 = Vec3::new(0.10, 0.25, 0.56);
 
 /// The camera-dependent part of the uniforms. Tables and texture sizes are filled in by the caller.
 pub fn frame_uniforms(

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::residency::page_table::PageFeedback;
+use crate::residency::page_table::{FaceCulling, PageFeedback};
 use crate::selection::{SelectionConfig, Shortening, Strategy, Visibility};
 
 /// What the picture shows instead of, or on top of, the terrain as it is.
@@ -73,6 +73,8 @@ pub struct RendererSettings {
     pub visibility: Visibility,
     /// How a page table learns what pixels need.
     pub page_feedback: PageFeedback,
+    /// Where a texture map drops triangles that turn their backs on the eye.
+    pub face_culling: FaceCulling,
     /// How too long a list is made short, for the same strategies.
     pub shortening: Shortening,
     /// Slots of the caches from west to east: the paper's m.
@@ -119,6 +121,7 @@ impl Default for RendererSettings {
             strategy: Strategy::RttQuadtree,
             visibility: Visibility::Box,
             page_feedback: PageFeedback::List,
+            face_culling: FaceCulling::Compute,
             shortening: Shortening::Farthest,
             cache_columns: 6,
             cache_rows: 6,

@@ -7,6 +7,7 @@
 
 mod error;
 mod frame_record;
+mod models;
 mod still_camera;
 
 use std::sync::Arc;
@@ -22,8 +23,11 @@ use crate::gpu::{
     DebugImage, DebugImagePass, DebugImageSource, FrameTimer, GpuContext, Picture, PictureTarget,
 };
 use crate::measure::{FrameLedger, FrameRecord};
-use crate::method::{FrameContext, MethodKey, SceneState, TerrainMethod, open_method};
+use crate::method::{
+    FrameContext, MethodKey, Moved, Objects, SceneState, TerrainMethod, open_method,
+};
 use crate::renderer_settings::RendererSettings;
+use crate::residency::page_table::PagesAsked;
 use crate::selection::{Selection, TileTree};
 use crate::tiling::TileId;
 
@@ -33,6 +37,8 @@ pub struct TerrainRenderer {
     source: Arc<dyn TileSource>,
     settings: RendererSettings,
     method: Box<dyn TerrainMethod>,
+    /// Models beside the ground, where there are any.
+    objects: Option<Objects>,
     picture: Picture,
     timer: FrameTimer,
     debug_images: Option<DebugImagePass>,
@@ -40,6 +46,8 @@ pub struct TerrainRenderer {
     frame: u64,
     /// What the latest picture was made of.
     drawn: Option<SceneState>,
+    /// The version of the models that it shows.
+    drawn_objects: u64,
 }
 
 impl TerrainRenderer {
@@ -69,10 +77,12 @@ impl TerrainRenderer {
             source,
             settings,
             method,
+            objects: None,
             debug_images: None,
             ledger,
             frame: 0,
             drawn: None,
+            drawn_objects: 0,
         })
     }
 
@@ -92,12 +102,18 @@ impl TerrainRenderer {
             let (gpu, source) = (Arc::clone(&self.gpu), Arc::clone(&self.source));
             let mut renewed = Self::new(gpu, source, settings)?;
             renewed.frame = self.frame;
+            if let Some(scene) = self.models() {
+                renewed.set_models(Some(Arc::clone(scene)))?;
+            }
             // What has moved since the last frame's record and what opening anew moved both count.
             renewed.ledger.add_all(&self.ledger.totals());
             *self = renewed;
         } else if settings != self.settings {
             self.settings = settings;
             self.method.reconsider();
+            if let Some(objects) = &mut self.objects {
+                objects.reconsider();
+            }
         }
         Ok(())
     }
@@ -112,10 +128,18 @@ impl TerrainRenderer {
         self.method.selection()
     }
 
+    /// The pages of the imagery's virtual texture that what came back last asked for, and how fine it wanted
+    /// them; `None` with strategies that have no such texture.
+    pub fn pages_asked(&self) -> Option<PagesAsked> {
+        self.method.pages_asked()
+    }
+
     /// Takes what went wrong with single tiles since the last call, in words. A coarser tile shows
     /// in their place.
     pub fn take_failures(&mut self) -> Vec<String> {
-        self.method.take_failures()
+        let mut failures = self.method.take_failures();
+        failures.extend(self.objects.as_mut().map(Objects::take_failures).unwrap_or_default());
+        failures
     }
 
     /// Height of the ground in metres above the datum, without exaggeration, as well as it is known in
@@ -128,7 +152,8 @@ impl TerrainRenderer {
     /// not draw where it would not.
     pub fn needs_frame(&self, view: &CameraView) -> bool {
         let scene = self.scene(view);
-        self.drawn != Some(scene) || self.method.is_pending(&scene)
+        let is_drawn = self.drawn == Some(scene) && self.drawn_objects == self.objects_version();
+        !is_drawn || self.is_pending(&scene)
     }
 
     /// Draws one frame into `target`, whose size must be the view's.
@@ -209,16 +234,20 @@ impl TerrainRenderer {
         let mut stage = StageClock::new();
         let (method, mut cx) = self.method_and_context();
         method.receive(&mut cx);
+        self.receive_for_models();
         record.receive_ms = stage.ms();
+        let (method, mut cx) = self.method_and_context();
         record.select_ms = method.select(&mut cx, view);
+        self.select_for_models(view);
         stage.ms();
-        let moved = method.stream(&mut cx, &mut encoder, view);
+        let moved = self.stream(&mut encoder, view);
         record.stream_ms = stage.ms();
         let scene = self.scene(view);
-        let (method, mut cx) = self.method_and_context();
-        method.set_up(&mut cx, &mut encoder, &scene);
+        self.set_up(&mut encoder, &scene);
         record.set_up_ms = stage.ms();
+        let (method, mut cx) = self.method_and_context();
         record.coordinate_pass_drawn = method.ask(&mut cx, &mut encoder, &scene);
+        self.ask_for_models(&mut encoder, &scene);
         if let Some((target, format)) = target {
             self.draw(&mut encoder, &scene, target, format, measuring);
         }
@@ -227,6 +256,9 @@ impl TerrainRenderer {
         self.gpu.queue.submit([encoder.finish()]);
         self.timer.after_submit();
         self.method.after_submit(self.frame, view);
+        if let Some(objects) = &mut self.objects {
+            objects.after_submit(self.frame, view);
+        }
         record.submit_ms = stage.ms();
         self.describe(&mut record, moved);
         record.cpu_ms = started.elapsed().as_secs_f64() * 1.0e3;
@@ -235,7 +267,28 @@ impl TerrainRenderer {
         Ok(record)
     }
 
-    /// Draws terrain and sky.
+    /// Brings what has been loaded to the GPU: the ground first, models with what it leaves of the budget.
+    fn stream(&mut self, encoder: &mut wgpu::CommandEncoder, view: &CameraView) -> Moved {
+        let before = self.ledger.totals();
+        let (method, mut cx) = self.method_and_context();
+        let moved = method.stream(&mut cx, encoder, view);
+        self.stream_models(encoder, moved, &before)
+    }
+
+    /// Brings the GPU to where the scene can be drawn.
+    fn set_up(&mut self, encoder: &mut wgpu::CommandEncoder, scene: &SceneState) {
+        let (method, mut cx) = self.method_and_context();
+        method.set_up(&mut cx, encoder, scene);
+        self.set_up_models(scene);
+    }
+
+    /// Whether anything is still to come for the scene.
+    fn is_pending(&self, scene: &SceneState) -> bool {
+        let objects = self.objects.as_ref();
+        self.method.is_pending(scene) || objects.is_some_and(|objects| objects.is_pending(scene))
+    }
+
+    /// Draws terrain, models and sky.
     fn draw(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -244,7 +297,7 @@ impl TerrainRenderer {
         format: wgpu::TextureFormat,
         measuring: bool,
     ) {
-        let Self { gpu, settings, ledger, frame, method, picture, timer, .. } = self;
+        let Self { gpu, settings, ledger, frame, method, objects, picture, timer, .. } = self;
         let kind = Picture::target_kind(&gpu.device, format, scene.settings.anti_aliasing);
         let target = PictureTarget {
             view: target,
@@ -252,9 +305,16 @@ impl TerrainRenderer {
             timestamps: timer.last_pass(measuring),
         };
         let cx = FrameContext { gpu, settings, ledger, frame: *frame };
-        picture
-            .record(&gpu.device, encoder, kind, target, |pass| method.draw(&cx, pass, kind, scene));
+        let has_own_sky = method.draws_sky();
+        picture.record(&gpu.device, encoder, kind, target, |pass| {
+            let frame = method.draw(&cx, pass, kind, scene);
+            if let Some(objects) = objects {
+                objects.draw(&cx, pass, kind, scene);
+            }
+            (!has_own_sky).then_some(frame)
+        });
         self.drawn = Some(*scene);
+        self.drawn_objects = self.objects_version();
     }
 
     fn method_and_context(&mut self) -> (&mut dyn TerrainMethod, FrameContext<'_>) {

@@ -6,6 +6,7 @@ use terrain_core::dataset::{
     HeightRange, HeightRanges, HeightSamples, HeightTile, LoadError, Loaded, Manifest, Shape,
     TileSource,
 };
+use terrain_core::geodesy::PlateCarree;
 use terrain_core::tiling::{Extent, LayerLayout, TileId, TileSet, TilingScheme};
 
 /// A surface given by formulas: the height in metres and the sRGB colour at a point.
@@ -108,6 +109,27 @@ impl AnalyticSource {
         self
     }
 
+    /// A source of the whole globe, whose surface is told by longitude and latitude as metres on the plate carrée,
+    /// with this many levels of heights and colours and tiles of so many texels.
+    pub fn globe(surface: Surface, levels: [u8; 2], tile_sizes: [u32; 2]) -> Self {
+        let equator_m = PlateCarree::EQUATOR_M;
+        let centre = dvec2(0.0, -0.25 * equator_m);
+        let mut source = Self::new(surface, centre, equator_m, levels)
+            .with_surface_about(DVec2::ZERO)
+            .with_tile_sizes(tile_sizes);
+        source.manifest.shape = Shape::Globe;
+        source.manifest.crs =
+            Crs { epsg: Some(PlateCarree::EPSG), name: "WGS 84 / Plate Carree".to_owned() };
+        source.manifest.data_extent = PlateCarree::extent();
+        // Over the globe; below the root's middle there is nothing.
+        let range = source.surface.range_within(PlateCarree::extent().max);
+        source.manifest.heights.has_voids = false;
+        source.manifest.heights.range = range;
+        source.manifest.heights.ranges = HeightRanges { levels: vec![vec![Some(range)]] };
+        [source.heights_present, source.colours_present] = levels.map(upper_half);
+        source
+    }
+
     /// The true height at a world point.
     pub fn height_m(&self, point: DVec2) -> f64 {
         (self.surface.height_m)(point - self.centre() - self.surface_from_centre_m)
@@ -164,18 +186,28 @@ impl AnalyticSource {
 }
 
 impl Surface {
-    /// Heights at a fine grid of places over the root and a little beyond.
-    fn heights_over(&self, size_m: f64) -> impl Iterator<Item = f32> {
+    /// Heights at a fine grid of places within these distances of the origin.
+    fn heights_within(&self, half_m: DVec2) -> impl Iterator<Item = f32> {
         let steps = 256;
-        let at = move |i: i32| (f64::from(i) / f64::from(steps) - 0.5) * 1.1 * size_m;
+        let at = move |i: i32| 2.0 * f64::from(i) / f64::from(steps) - 1.0;
         (0..=steps)
             .flat_map(move |row| (0..=steps).map(move |column| dvec2(at(column), at(row))))
-            .map(|place| (self.height_m)(place) as f32)
+            .map(move |place| (self.height_m)(place * half_m) as f32)
+    }
+
+    /// Those over the root and a little beyond.
+    fn heights_over(&self, size_m: f64) -> impl Iterator<Item = f32> {
+        self.heights_within(DVec2::splat(0.55 * size_m))
     }
 
     /// Range of the heights; 0 to 0 where there are none.
     fn range_over(&self, size_m: f64) -> HeightRange {
-        let held = self.heights_over(size_m).filter(|&height_m| HeightSamples::is_height(height_m));
+        self.range_within(DVec2::splat(0.55 * size_m))
+    }
+
+    fn range_within(&self, half_m: DVec2) -> HeightRange {
+        let held =
+            self.heights_within(half_m).filter(|&height_m| HeightSamples::is_height(height_m));
         let range =
             held.map(|height_m| (height_m, height_m)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
         let (min_m, max_m) = range.unwrap_or_default();
@@ -185,6 +217,19 @@ impl Surface {
     fn has_voids_over(&self, size_m: f64) -> bool {
         self.heights_over(size_m).any(|height_m| !HeightSamples::is_height(height_m))
     }
+}
+
+/// The tiles of so many levels in the upper half of the root, and the root.
+fn upper_half(level_count: u8) -> TileSet {
+    let mut tiles = TileSet::new();
+    for level in 0..level_count {
+        for row in 0..(1_u32 << level).div_ceil(2) {
+            for column in 0..1 << level {
+                tiles.insert(TileId::new(level, row, column));
+            }
+        }
+    }
+    tiles
 }
 
 /// The ranges of a level's tiles from those of the level below it.

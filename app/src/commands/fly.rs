@@ -18,6 +18,7 @@ use crate::drawing_args::{DrawingArgs, Size, strategies};
 use crate::flight_summary::FlightSummary;
 use crate::headless::{Headless, Pace};
 use crate::progress::FrameProgress;
+use crate::scene_args::SceneArgs;
 use crate::viewer::{self, ViewerOptions};
 use crate::{display, flights, output, pictures};
 
@@ -84,6 +85,9 @@ pub struct FlyArgs {
     detail: DetailArgs,
 
     #[command(flatten)]
+    scene: SceneArgs,
+
+    #[command(flatten)]
     drawing: DrawingArgs,
 }
 
@@ -110,13 +114,13 @@ fn open(args: &FlyArgs) -> anyhow::Result<Scene> {
     let Some(folder) = &args.dataset else {
         let Demo { source, title, exaggeration, flight } = Demo::open()?;
         let source = args.detail.continued(source)?;
-        let settings = args.drawing.settings(exaggeration);
+        let settings = args.drawing.settings(source.manifest().shape, exaggeration);
         let flight = asked_flight(args, &*source, &settings)?.unwrap_or(flight);
         return Ok(Scene { source, title, settings, flight: Some(flight) });
     };
     let source = args.detail.continued(Arc::new(Dataset::open(folder)?))?;
     let title = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy().into_owned();
-    let settings = args.drawing.settings(1.0);
+    let settings = args.drawing.settings(source.manifest().shape, 1.0);
     let flight = asked_flight(args, &*source, &settings)?;
     Ok(Scene { source, title, settings, flight })
 }
@@ -145,6 +149,7 @@ fn fly_in_window(args: &FlyArgs, adapter: &AdapterChoice, scene: Scene) -> anyho
     let plays_at_once = flight.is_some();
     let flight = flight.or_else(|| tour(&*source, &settings).ok());
     viewer::run(ViewerOptions {
+        models: args.scene.models(&*source)?,
         source,
         title,
         adapter: adapter.clone(),
@@ -166,7 +171,9 @@ fn fly_headless(args: &FlyArgs, adapter: &AdapterChoice, scene: Scene) -> anyhow
     if let Some(path) = &args.record {
         flight.write(path)?;
     }
+    let models = args.scene.models(&*source)?;
     let mut headless = Headless::open(source, adapter, settings, args.size.0)?;
+    headless.set_models(models)?;
     let mut csv = args.csv.as_deref().map(CsvFile::create).transpose()?;
     if let Some(folder) = &args.out {
         let failed = || format!("{}: cannot make the folder", folder.display());

@@ -18,6 +18,7 @@ use crate::drawing_args::{DrawingArgs, Size};
 use crate::ground::Ground;
 use crate::headless::{Headless, Pace};
 use crate::progress::{FrameProgress, PhaseProgress};
+use crate::scene_args::SceneArgs;
 use crate::{flights, npy, output, pictures};
 
 /// What to draw.
@@ -33,7 +34,9 @@ Examples:
       --reference --out exact.png --coordinates exact.npy
   terrain render earth --camera x=8.0,y=46.0,height=900000,pitch=-60 --out alps.png
   terrain render earth --camera x=8.0,y=46.0,height=20000,pitch=-40 --detail 10 --out near.png
-  terrain render alps --flight valley --at 7.5 --out valley.png")]
+  terrain render alps --flight valley --at 7.5 --out valley.png
+  terrain render alps --models village.json --camera x=463500,y=6820000,agl=80,pitch=-10 \\
+      --out village.png")]
 pub struct RenderArgs {
     /// The dataset: a folder made by terrain prepare
     dataset: PathBuf,
@@ -92,6 +95,9 @@ pub struct RenderArgs {
     detail: DetailArgs,
 
     #[command(flatten)]
+    scene: SceneArgs,
+
+    #[command(flatten)]
     drawing: DrawingArgs,
 }
 
@@ -99,7 +105,7 @@ pub struct RenderArgs {
 pub fn run(args: &RenderArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
     let source = args.detail.continued(Arc::new(Dataset::open(&args.dataset)?))?;
     // One picture may take its time: drawn as on hardware, whatever the adapter.
-    let settings = args.drawing.settings(1.0).for_adapter(false);
+    let settings = args.drawing.settings(source.manifest().shape, 1.0).for_adapter(false);
     let view = view_of(args, &*source, settings.vertical_exaggeration)?;
     let shape = source.manifest().shape;
     let drawn = match args.reference {
@@ -141,7 +147,9 @@ fn draw(
     adapter: &AdapterChoice,
     settings: RendererSettings,
 ) -> anyhow::Result<Drawn> {
+    let models = args.scene.models(&*source)?;
     let mut headless = Headless::open(source, adapter, settings, args.size.0)?;
+    headless.set_models(models)?;
     let record = draw_frames(args, &mut headless, view)?;
     let rgba = headless.picture()?;
     let ground = match args.coordinates {

@@ -29,6 +29,7 @@ use terrain_core::dataset::TileSource;
 use terrain_core::gpu::AdapterChoice;
 use terrain_core::measure::Flight;
 use terrain_core::selection::Strategy;
+use terrain_core::surface::models::ModelScene;
 use winit::application::ApplicationHandler;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
@@ -40,6 +41,8 @@ use window::TerrainWindow;
 pub struct ViewerOptions {
     /// The terrain.
     pub source: Arc<dyn TileSource>,
+    /// What stands on it.
+    pub models: Option<Arc<ModelScene>>,
     /// Its name for people.
     pub title: String,
     /// The adapter to draw with.

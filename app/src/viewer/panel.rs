@@ -4,7 +4,7 @@ use egui::{Align2, Color32, Grid, RichText, Slider, SliderClamping, Ui};
 use glam::DVec3;
 use terrain_core::dataset::{Manifest, Shape};
 use terrain_core::gpu::DebugImage;
-use terrain_core::residency::page_table::PageFeedback;
+use terrain_core::residency::page_table::{FaceCulling, PageFeedback};
 use terrain_core::selection::{Shortening, Strategy, Visibility};
 use terrain_core::{AntiAliasing, DebugView, RendererSettings};
 
@@ -124,6 +124,9 @@ impl Panel<'_> {
         if settings.strategy == Strategy::PageTable {
             page_feedback_choice(ui, settings);
         }
+        if settings.strategy == Strategy::TextureMap {
+            face_culling_choice(ui, settings);
+        }
         shortening_choice(ui, settings);
         cache_choice(ui, settings);
         let slots = (settings.cache_columns * settings.cache_rows) as usize;
@@ -216,48 +219,46 @@ pub(super) fn slider(value: &mut f64, least: f64, most: f64) -> Slider<'_> {
 
 /// Lets the user choose a strategy.
 pub(super) fn strategy_choice(ui: &mut Ui, settings: &mut RendererSettings) {
-    egui::ComboBox::from_label("strategy").selected_text(settings.strategy.name()).show_ui(
-        ui,
-        |ui| {
-            for strategy in Strategy::ALL {
-                ui.selectable_value(&mut settings.strategy, strategy, strategy.name());
-            }
-        },
-    );
+    choice(ui, "strategy", &mut settings.strategy, Strategy::ALL, Strategy::name);
 }
 
 /// Lets the user choose what counts as visible.
 pub(super) fn visibility_choice(ui: &mut Ui, settings: &mut RendererSettings) {
-    egui::ComboBox::from_label("visible ground").selected_text(settings.visibility.name()).show_ui(
-        ui,
-        |ui| {
-            for visibility in Visibility::ALL {
-                ui.selectable_value(&mut settings.visibility, visibility, visibility.name());
-            }
-        },
-    );
+    let chosen = &mut settings.visibility;
+    choice(ui, "visible ground", chosen, Visibility::ALL, Visibility::name);
 }
 
 /// Lets the user choose how a page table learns what pixels need.
 fn page_feedback_choice(ui: &mut Ui, settings: &mut RendererSettings) {
     let chosen = &mut settings.page_feedback;
-    egui::ComboBox::from_label("page feedback").selected_text(chosen.name()).show_ui(ui, |ui| {
-        for way in PageFeedback::ALL {
-            ui.selectable_value(chosen, way, way.name());
-        }
-    });
+    choice(ui, "page feedback", chosen, PageFeedback::ALL, PageFeedback::name);
+}
+
+/// Lets the user choose where a texture map drops back faces.
+fn face_culling_choice(ui: &mut Ui, settings: &mut RendererSettings) {
+    let chosen = &mut settings.face_culling;
+    choice(ui, "back faces dropped", chosen, FaceCulling::ALL, FaceCulling::name);
 }
 
 /// Lets the user choose how too long a list is made short.
 pub(super) fn shortening_choice(ui: &mut Ui, settings: &mut RendererSettings) {
-    egui::ComboBox::from_label("too many tiles").selected_text(settings.shortening.name()).show_ui(
-        ui,
-        |ui| {
-            for shortening in Shortening::ALL {
-                ui.selectable_value(&mut settings.shortening, shortening, shortening.name());
-            }
-        },
-    );
+    let chosen = &mut settings.shortening;
+    choice(ui, "too many tiles", chosen, Shortening::ALL, Shortening::name);
+}
+
+/// Lets the user choose one of several by its name.
+fn choice<T: Copy + PartialEq, const N: usize>(
+    ui: &mut Ui,
+    label: &str,
+    chosen: &mut T,
+    all: [T; N],
+    name: fn(T) -> &'static str,
+) {
+    egui::ComboBox::from_label(label).selected_text(name(*chosen)).show_ui(ui, |ui| {
+        for one in all {
+            ui.selectable_value(chosen, one, name(one));
+        }
+    });
 }
 
 /// Lets the user choose the caches' size; as many tiles are then selected.

@@ -73,7 +73,8 @@ impl TerrainWindow {
         let (gpu, surface) = open_surface(&window, &options.adapter)?;
         let ui = UiLayer::new(&gpu, &window, surface.format());
         let source = Arc::clone(&options.source);
-        let renderer = TerrainRenderer::new(Arc::clone(&gpu), source, options.settings)?;
+        let mut renderer = TerrainRenderer::new(Arc::clone(&gpu), source, options.settings)?;
+        renderer.set_models(options.models.clone())?;
         let controls = first_controls(options, surface.size_px());
         let choices = Choices::new(&options.settings, options.compare_with);
         let mut window = Self {
@@ -143,8 +144,7 @@ impl TerrainWindow {
             self.tell("this display cannot show two scenes at once".to_owned());
             return Ok(());
         }
-        let first = self.scene.settings();
-        match self.comparison.change(choices, first, &self.gpu, &self.source) {
+        match self.comparison.change(choices, &self.scene, &self.gpu, &self.source) {
             Err(error @ RenderError::CacheTooLarge { .. }) => self.tell(error.to_string()),
             changed => changed?,
         }

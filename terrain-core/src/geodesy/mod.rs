@@ -5,10 +5,12 @@
 
 mod coordinate_system;
 mod coordinate_transform;
+mod ellipsoid;
 mod epsg_names;
 mod plate_carree;
 
 pub use coordinate_system::{CoordinateSystem, CrsError};
 pub use coordinate_transform::CoordinateTransform;
+pub use ellipsoid::{Geodetic, Wgs84};
 pub use epsg_names::{epsg_name, utm_epsg};
 pub use plate_carree::PlateCarree;

@@ -21,6 +21,7 @@ mod displaced_mesh;
 mod frame_bindings;
 mod frame_group;
 mod frame_uniforms;
+mod globe;
 mod ground_pipeline;
 mod height_atlas;
 mod limit_surface_buffers;
@@ -28,6 +29,7 @@ mod limit_surface_pass;
 mod manage_tiles_pass;
 mod mark_seen_tiles_pass;
 mod mesh_buffers;
+mod objects;
 mod offscreen_target;
 mod offset_table_buffer;
 mod page_table;
@@ -45,6 +47,7 @@ mod sky_pass;
 mod sort_triangles_pass;
 mod terrain_cache;
 mod terrain_pass;
+mod texture_map;
 mod tile_management;
 mod tile_presence;
 mod tile_report;
@@ -70,14 +73,22 @@ pub(crate) use debug_image_pass::{DebugImagePass, DebugImageSource};
 pub(crate) use frame_bindings::FrameBindings;
 pub(crate) use frame_group::FrameGroup;
 pub use frame_uniforms::{FrameUniforms, TableRange};
+pub(crate) use globe::{
+    DrawnPatch, GlobeBindings, GlobeGroup, GlobePass, GlobePassSettings, GlobeRequestPass,
+    GlobeUniforms, PatchBuffers, draw_globe_coordinates,
+};
 pub use limit_surface_pass::{LimitGpuColour, LimitGpuPicture, LimitSurfacePass};
 pub(crate) use manage_tiles_pass::LayerDeliveries;
+pub(crate) use objects::{
+    ModelRun, ObjectBindings, ObjectBuffers, ObjectMaterial, ObjectPass, ObjectPassSettings,
+    ObjectRequestPass,
+};
 pub(crate) use offscreen_target::read_texture;
 pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
 pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};
 pub(crate) use page_table::{
     PageAtlas, PageBindings, PageFeedbackRing, PageGround, PageGroundBindings, PageGroundGroup,
-    PageGroundPass, PageGroundPassSettings, PageRequestPass, PageTableUniforms,
+    PageGroundPass, PageGroundPassSettings, PageMarks, PageRequestPass, PageTableUniforms,
 };
 pub(crate) use picture::{Picture, PictureTarget, TargetKind};
 pub use precision_depth_probe::probe_depth;
@@ -86,8 +97,14 @@ pub use precision_probe::{
     probe_native, probe_span,
 };
 pub(crate) use scene_meshes::{MeshScene, SceneMeshes};
+pub(crate) use shader_library::MAP_GROUND;
 pub(crate) use terrain_cache::TerrainCache;
 pub(crate) use terrain_pass::{TerrainPass, TerrainPassSettings};
+#[cfg(test)]
+pub(crate) use texture_map::MipRange;
+pub(crate) use texture_map::{
+    DepthPyramid, GroundDepthPass, GroundTriangles, MapBindings, TextureMapPass, TextureMapUniforms,
+};
 pub(crate) use tile_management::TileManagement;
 pub(crate) use tile_report::TileReport;
 pub(crate) use tile_report_ring::TileReportRing;

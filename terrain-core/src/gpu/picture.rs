@@ -55,14 +55,15 @@ impl Picture {
         TargetKind { format, samples: if is_smooth { wanted } else { 1 } }
     }
 
-    /// Draws the terrain, which `draw_terrain` does, and the sky where there is none.
+    /// Draws the terrain, which `draw_terrain` does, and the sky where there is none, with the group that it
+    /// returns; none where it has drawn the sky as well.
     pub fn record<'f>(
         &mut self,
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
         kind: TargetKind,
         target: PictureTarget<'_>,
-        draw_terrain: impl FnOnce(&mut wgpu::RenderPass<'_>) -> &'f FrameGroup,
+        draw_terrain: impl FnOnce(&mut wgpu::RenderPass<'_>) -> Option<&'f FrameGroup>,
     ) {
         let buffer_kind = BufferKind { size_px: target.size_px, target: kind };
         let buffers = match self.buffers.take() {
@@ -77,7 +78,7 @@ impl Picture {
             timestamp_writes: target.timestamps,
             ..Default::default()
         });
-        let frame = draw_terrain(&mut pass);
+        let Some(frame) = draw_terrain(&mut pass) else { return };
         let sky = match self.sky.take() {
             Some((built_for, sky)) if built_for == kind => sky,
             _ => SkyPass::new(device, frame, kind),

@@ -64,11 +64,39 @@ pub static PAGE_REQUESTS: Shader = shader!(
     "page_ground"
 );
 /// Each page that pixels ask for once, on a list.
-pub static GATHER_PAGES: Shader = shader!("gather_pages", "page_table");
+pub static GATHER_PAGES: Shader = shader!("gather_pages", "page_table", "page_marks");
 /// What one pixel of every block asks for.
 pub static SAMPLE_PAGES: Shader = shader!("sample_pages");
+/// The ground's triangles, laid into the texture map.
+pub static MAP_GROUND: Shader = shader!(
+    "map_triangles",
+    "frame",
+    "tile_lookup",
+    "mesh",
+    "page_table",
+    "page_request",
+    "page_marks",
+    "page_ground",
+    "texture_map",
+    "map_ground"
+);
+/// The farthest depth of a mip's texels, for the next mip.
+pub static HALVE_DEPTH: Shader = shader!("halve_depth");
 /// The page table's functions by themselves, so that they can be compared with their twins on the CPU.
 pub static PAGE_PROBE: Shader = shader!("page_probe", "page_table", "page_request", "page_colour");
+/// The picture of models.
+pub static OBJECTS: Shader = shader!(
+    "objects",
+    "frame",
+    "page_table",
+    "page_colour",
+    "object",
+    "atmosphere",
+    "ground_light"
+);
+/// What pages of their virtual texture the pixels of models ask for.
+pub static OBJECT_REQUESTS: Shader =
+    shader!("object_requests", "frame", "page_table", "page_request", "object");
 /// The picture of a mesh made on the CPU for the view.
 pub static VIEW_MESH: Shader = shader!(
     "view_mesh",
@@ -86,6 +114,28 @@ pub static VIEW_MESH_COORDINATES: Shader =
     shader!("view_mesh_coordinates", "frame", "view_mesh_vertex");
 /// Changes of such a mesh, carried out.
 pub static VIEW_MESH_UPDATE: Shader = shader!("view_mesh_update");
+/// The picture of the globe.
+pub static GLOBE: Shader = shader!(
+    "globe",
+    "frame",
+    "globe",
+    "page_table",
+    "page_colour",
+    "globe_place",
+    "globe_air",
+    "atmosphere",
+    "ground_light"
+);
+/// What pages of its virtual texture each pixel of the globe asks for.
+pub static GLOBE_REQUESTS: Shader =
+    shader!("globe_requests", "frame", "globe", "page_table", "page_request", "globe_place");
+/// Coordinates of the globe under each pixel.
+pub static GLOBE_COORDINATES: Shader = shader!("globe_coordinates", "frame", "globe");
+/// The sky round the globe.
+pub static GLOBE_SKY: Shader = shader!("globe_sky", "frame", "globe", "globe_air");
+/// Places on the globe by themselves, so that they can be compared with f64.
+pub static GLOBE_PROBE: Shader =
+    shader!("globe_probe", "frame", "globe", "page_table", "globe_place", "globe_air");
 /// The sky behind it.
 pub static SKY: Shader = shader!("sky", "frame", "atmosphere");
 /// Coordinates of the ground under each pixel.
@@ -173,18 +223,27 @@ pub static PRECISION_NATIVE_F64: Shader = shader!("precision_native", "real_f64"
 pub static PRECISION_NATIVE_F16: Shader = shader!("precision_native", "real_f16");
 
 /// Every shader of the library that needs no optional feature, for tests that look at all of them.
-pub static ALL: [&Shader; 35] = [
+pub static ALL: [&Shader; 44] = [
     &DISPLACE,
     &SORT_TRIANGLES,
     &TERRAIN,
     &PAGE_TERRAIN,
     &PAGE_REQUESTS,
     &GATHER_PAGES,
+    &MAP_GROUND,
+    &HALVE_DEPTH,
     &SAMPLE_PAGES,
     &PAGE_PROBE,
+    &OBJECTS,
+    &OBJECT_REQUESTS,
     &VIEW_MESH,
     &VIEW_MESH_COORDINATES,
     &VIEW_MESH_UPDATE,
+    &GLOBE,
+    &GLOBE_REQUESTS,
+    &GLOBE_COORDINATES,
+    &GLOBE_SKY,
+    &GLOBE_PROBE,
     &SKY,
     &COORDINATES,
     &DERIVE_HEIGHTS,

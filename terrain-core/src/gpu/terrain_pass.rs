@@ -1,10 +1,12 @@
+use std::ops::Range;
+
 use super::frame_bindings::FrameBindings;
 use super::ground_pipeline::{SurfaceOptions, flag, polygon_mode, surface_pipeline};
 use super::mesh_buffers::MeshBuffers;
 use super::picture::TargetKind;
 use super::shader_library::TERRAIN;
 use crate::renderer_settings::DebugView;
-use crate::surface::{CircularMesh, MeshBlock};
+use crate::surface::CircularMesh;
 
 /// What decides how the terrain's pipeline is built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,17 +110,18 @@ pub(super) fn draw_blocks(
     pass.set_bind_group(1, &bindings.terrain, &[]);
     pass.set_vertex_buffer(0, buffers.displaced.slice(..));
     pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
-    let ranges = visible.iter().filter_map(|&block| mesh.blocks.get(block as usize));
-    for run in joined(ranges) {
+    for run in index_runs(mesh, visible) {
         pass.draw_indexed(run, 0, 0..1);
     }
 }
 
-/// The blocks' index ranges, those that touch joined.
-fn joined<'a>(
-    blocks: impl Iterator<Item = &'a MeshBlock>,
-) -> impl Iterator<Item = std::ops::Range<u32>> {
-    let mut runs: Vec<std::ops::Range<u32>> = Vec::new();
+/// The visible blocks' ranges of indices, those that touch joined.
+pub(super) fn index_runs(
+    mesh: &CircularMesh,
+    visible: &[u32],
+) -> impl Iterator<Item = Range<u32>> + use<> {
+    let blocks = visible.iter().filter_map(|&block| mesh.blocks.get(block as usize));
+    let mut runs: Vec<Range<u32>> = Vec::new();
     for block in blocks {
         let end = block.index_start + block.index_count;
         match runs.last_mut() {

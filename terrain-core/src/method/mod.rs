@@ -8,7 +8,9 @@ mod cached_tiles;
 mod clipmap;
 mod cpu_mesh;
 mod drawn_tiles;
+mod globe;
 mod gpu_tile_scheduling;
+mod objects;
 mod page_table;
 mod paged_texture;
 mod region_state;
@@ -21,14 +23,17 @@ use glam::DVec2;
 
 use self::clipmap::Clipmap;
 use self::cpu_mesh::CpuMesh;
+use self::globe::Globe;
 use self::gpu_tile_scheduling::GpuTileScheduling;
+pub(crate) use self::objects::{GroundBelow, Objects};
 use self::page_table::PageTable;
 use self::tile_scheduling::TileScheduling;
 use crate::CameraView;
-use crate::dataset::TileSource;
+use crate::dataset::{Shape, TileSource};
 use crate::gpu::{DebugImage, FrameGroup, GpuContext, TargetKind};
 use crate::measure::{FrameLedger, FrameRecord};
 use crate::renderer_settings::RendererSettings;
+use crate::residency::page_table::PagesAsked;
 use crate::selection::{Selection, Strategy, TileTree};
 use crate::terrain_renderer::RenderError;
 
@@ -121,6 +126,11 @@ pub(crate) trait TerrainMethod {
         scene: &SceneState,
     ) -> &FrameGroup;
 
+    /// Whether [`Self::draw`] draws what is behind the terrain as well.
+    fn draws_sky(&self) -> bool {
+        false
+    }
+
     /// After the frame's commands have been submitted.
     fn after_submit(&mut self, _frame: u64, _view: &CameraView) {}
 
@@ -155,6 +165,11 @@ pub(crate) trait TerrainMethod {
     /// The tiles chosen last.
     fn selection(&self) -> &Selection;
 
+    /// What the latest image of a virtual texture asked for; `None` where there is no such texture.
+    fn pages_asked(&self) -> Option<PagesAsked> {
+        None
+    }
+
     /// Height of the ground in metres above the datum, without exaggeration, as well as it is known in
     /// memory. `None` outside the data.
     fn ground_height_m(&self, point: DVec2) -> Option<f64>;
@@ -188,7 +203,7 @@ impl MethodKey {
             Strategy::RttQuadtreeGpu => MethodKind::GpuTileScheduling,
             Strategy::CpuMesh => MethodKind::CpuMesh,
             Strategy::Clipmap => MethodKind::Clipmap,
-            Strategy::PageTable => MethodKind::PageTable,
+            Strategy::PageTable | Strategy::TextureMap => MethodKind::PageTable,
         };
         let made_for = match kind {
             MethodKind::TileScheduling => TileScheduling::made_for(settings),
@@ -217,6 +232,9 @@ pub(crate) fn open_method(
         MethodKind::GpuTileScheduling => Ok(Box::new(GpuTileScheduling::open(cx, source, tree)?)),
         MethodKind::CpuMesh => Ok(Box::new(CpuMesh::open(cx, source, tree)?)),
         MethodKind::Clipmap => Ok(Box::new(Clipmap::open(cx, source, tree)?)),
-        MethodKind::PageTable => Ok(Box::new(PageTable::open(cx, source, tree)?)),
+        MethodKind::PageTable => match source.manifest().shape {
+            Shape::Plane => Ok(Box::new(PageTable::open(cx, source, tree)?)),
+            Shape::Globe => Ok(Box::new(Globe::open(cx, source, tree)?)),
+        },
     }
 }

@@ -56,6 +56,9 @@ pub enum Strategy {
     /// Imagery as one virtual texture behind a page table, its tiles those that the GPU finds pixels to
     /// need; heights in tiles of the same ground.
     PageTable,
+    /// The same virtual texture, its tiles those that a texture map marks: the ground's triangles
+    /// rasterised at their places in the texture, back faces dropped before.
+    TextureMap,
 }
 
 /// There is no strategy of this name.
@@ -65,13 +68,14 @@ pub struct UnknownStrategy(pub String);
 
 impl Strategy {
     /// Every strategy.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::RttQuadtree,
         Self::RttQuadtreeGpu,
         Self::CpuFrustum,
         Self::CpuMesh,
         Self::Clipmap,
         Self::PageTable,
+        Self::TextureMap,
     ];
 
     /// The name on the command line, in records and reports.
@@ -83,6 +87,7 @@ impl Strategy {
             Self::CpuMesh => "cpu-mesh",
             Self::Clipmap => "clipmap",
             Self::PageTable => "page-table",
+            Self::TextureMap => "texture-map",
         }
     }
 
@@ -92,7 +97,7 @@ impl Strategy {
         match self {
             Self::RttQuadtree | Self::RttQuadtreeGpu => Some(&RttQuadtree),
             Self::CpuFrustum | Self::CpuMesh => Some(&CpuFrustum),
-            Self::Clipmap | Self::PageTable => None,
+            Self::Clipmap | Self::PageTable | Self::TextureMap => None,
         }
     }
 }

@@ -3,6 +3,8 @@
 mod block_culling;
 mod circular_mesh;
 mod clip_mesh;
+pub mod globe;
+pub mod models;
 mod ring_layout;
 pub mod tin;
 pub mod view_mesh;

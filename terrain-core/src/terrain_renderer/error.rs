@@ -33,6 +33,9 @@ pub enum RenderError {
     /// The system gives no threads for loading.
     #[error("cannot start the threads that load tiles: {0}")]
     Threads(#[from] std::io::Error),
+    /// Models that cannot be drawn.
+    #[error("{0}")]
+    Models(String),
     /// The dataset has no level 0.
     #[error("the dataset holds no heights: its coarsest tile is missing; prepare it again")]
     NoHeights,

@@ -22,6 +22,9 @@ impl TerrainRenderer {
         record.gpu_ms = self.timer.latest_ms();
         (record.tiles_new, record.tiles_evicted) = (moved.new, moved.evicted);
         self.method.describe(&self.settings, record);
+        if let Some(objects) = &self.objects {
+            objects.describe(record);
+        }
         record.set_bytes(&self.ledger.take());
     }
 }

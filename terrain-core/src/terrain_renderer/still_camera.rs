@@ -24,6 +24,9 @@ impl TerrainRenderer {
     pub fn wait(&self) -> Result<(), RenderError> {
         self.gpu.wait()?;
         self.method.wait(PATIENCE);
+        if let Some(objects) = &self.objects {
+            objects.wait(PATIENCE);
+        }
         Ok(())
     }
 
@@ -93,25 +96,20 @@ impl TerrainRenderer {
         work: impl FnOnce(&mut Self, &mut wgpu::CommandEncoder, &SceneState) -> T,
     ) -> T {
         let ledger = std::mem::take(&mut self.ledger);
-        let drawn = self.drawn;
+        let (drawn, drawn_objects) = (self.drawn, self.drawn_objects);
         let scene = self.scene(view);
         let mut encoder = self.encoder();
-        self.set_up_alone(&mut encoder, &scene);
+        self.set_up(&mut encoder, &scene);
         let done = work(self, &mut encoder, &scene);
         self.gpu.queue.submit([encoder.finish()]);
         if let Some(scene) = drawn {
             let mut encoder = self.encoder();
-            self.set_up_alone(&mut encoder, &scene);
+            self.set_up(&mut encoder, &scene);
             self.gpu.queue.submit([encoder.finish()]);
         }
-        self.drawn = drawn;
+        (self.drawn, self.drawn_objects) = (drawn, drawn_objects);
         self.ledger = ledger;
         done
-    }
-
-    fn set_up_alone(&mut self, encoder: &mut wgpu::CommandEncoder, scene: &SceneState) {
-        let (method, mut cx) = self.method_and_context();
-        method.set_up(&mut cx, encoder, scene);
     }
 
     /// Does frames of a still camera without drawing their pictures until nothing is missing. Waits for
@@ -137,7 +135,7 @@ impl TerrainRenderer {
         let mut sum = self.advance(view)?;
         let mut most_missing = 0;
         for _ in 0..MOST_FRAMES {
-            if !self.method.is_pending(&self.scene(view)) {
+            if !self.is_pending(&self.scene(view)) {
                 break;
             }
             // All that is under way: the same rounds of them every time.

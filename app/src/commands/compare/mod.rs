@@ -192,7 +192,8 @@ pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
     );
     let source: Arc<dyn TileSource> = Arc::new(Dataset::open(&args.dataset)?);
     let gpu = Arc::new(GpuContext::headless(adapter)?);
-    let settings = args.drawing.settings(1.0).for_adapter(gpu.is_software());
+    let settings =
+        args.drawing.settings(source.manifest().shape, 1.0).for_adapter(gpu.is_software());
     let strategies = match &args.strategies {
         None => vec![settings.strategy.into()],
         Some(list) => list.0.clone(),

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use terrain_core::dataset::TileSource;
 use terrain_core::gpu::GpuContext;
-use terrain_core::{CameraView, RenderError, RendererSettings, TerrainRenderer};
+use terrain_core::{CameraView, RenderError, TerrainRenderer};
 
 pub use self::choices::{Choices, Mode};
 pub use self::layout::{Shares, Side};
@@ -62,25 +62,27 @@ impl Comparison {
         self.second.as_mut()
     }
 
-    /// Begins, changes or ends the comparison. `first` are the first scene's settings.
+    /// Begins, changes or ends the comparison with the first scene.
     ///
     /// # Errors
     /// Where the second renderer cannot be had as it is wanted; all then stays as it was.
     pub fn change(
         &mut self,
         choices: Choices,
-        first: &RendererSettings,
+        first: &Scene,
         gpu: &Arc<GpuContext>,
         source: &Arc<dyn TileSource>,
     ) -> Result<(), RenderError> {
-        let settings = choices.second_settings(first);
+        let settings = choices.second_settings(first.settings());
         match &mut self.second {
             _ if choices.mode == Mode::Off => self.second = None,
             Some(scene) if *scene.settings() == settings.for_adapter(gpu.is_software()) => {}
             Some(scene) => scene.set_settings(settings)?,
             None => {
                 let (gpu, source) = (Arc::clone(gpu), Arc::clone(source));
-                self.second = Some(Scene::new(TerrainRenderer::new(gpu, source, settings)?));
+                let mut renderer = TerrainRenderer::new(gpu, source, settings)?;
+                renderer.set_models(first.renderer.models().cloned())?;
+                self.second = Some(Scene::new(renderer));
             }
         }
         if choices.mode != self.choices.mode {
@@ -125,6 +127,8 @@ impl Comparison {
 
 #[cfg(test)]
 mod tests {
+    use terrain_core::RendererSettings;
+
     use super::*;
 
     #[test]

@@ -1,11 +1,13 @@
 use super::gather_pass::GatherPagesPass;
 use super::page_bindings::PageBindings;
+use super::page_marks::PageMarks;
 use super::request_image::RequestImage;
 use super::sample_pass::SamplePagesPass;
 use crate::CameraView;
 use crate::gpu::readback_ring::ReadbackRing;
 use crate::renderer_settings::RendererSettings;
 use crate::residency::page_table::{PageFeedback, PageImage, PageLayout, PageRequest, unite};
+use crate::selection::Strategy;
 
 /// Finds the pages that a frame's pixels ask for and brings them back without waiting for the GPU, in one of
 /// three ways; see [`PageFeedback`].
@@ -13,6 +15,7 @@ pub(crate) struct PageFeedbackRing {
     way: PageFeedback,
     latency_frames: u32,
     gather: GatherPagesPass,
+    marks: PageMarks,
     /// What depends on the size of the frame; `None` before the first.
     sized: Option<OfSize>,
     /// Pages of the list that the next copy takes along.
@@ -23,7 +26,9 @@ pub(crate) struct PageFeedbackRing {
 }
 
 struct OfSize {
-    image: RequestImage,
+    size_px: [u32; 2],
+    /// Where pixels are asked.
+    image: Option<RequestImage>,
     sample: Option<SamplePagesPass>,
     ring: ReadbackRing<Ticket>,
 }
@@ -59,10 +64,15 @@ impl PageFeedbackRing {
         pages: &PageBindings,
         settings: &RendererSettings,
     ) -> Self {
+        let marks = PageMarks::new(device, layout, pages);
         Self {
-            way: settings.page_feedback,
+            way: match settings.strategy {
+                Strategy::TextureMap => PageFeedback::List,
+                _ => settings.page_feedback,
+            },
             latency_frames: settings.readback_latency_frames,
-            gather: GatherPagesPass::new(device, layout, pages),
+            gather: GatherPagesPass::new(device, &marks, pages),
+            marks,
             sized: None,
             listed: Self::FIRST_LISTED,
             recorded: None,
@@ -100,34 +110,74 @@ impl PageFeedbackRing {
     ) -> Option<u64> {
         let (way, listed) = (self.way, self.listed);
         let buffers = Self::BUFFERS + self.latency_frames;
-        let sized = match self.sized.take() {
-            Some(sized) if sized.image.size_px() == size_px => sized,
-            // What is on its way from images of another size is let go.
-            _ => OfSize::new(device, way, size_px, buffers),
-        };
-        let OfSize { image, sample, ring } = self.sized.insert(sized);
+        let Self { gather, marks, turns, .. } = self;
+        let sized = Self::of_size(&mut self.sized, (device, way, size_px), buffers);
+        let OfSize { image, sample, ring, .. } = sized;
         if !ring.has_free() {
             return None;
         }
+        let image = &*image.get_or_insert_with(|| RequestImage::new(device, size_px));
         image.record(encoder, draw);
         let mut bytes = 0;
         let buffer = match (way, sample) {
             (PageFeedback::Jittered, Some(sample)) => ring.record_with(|buffer| {
-                bytes = sample.record((device, queue), encoder, image, self.turns, buffer);
+                bytes = sample.record((device, queue), encoder, image, *turns, buffer);
             }),
             (PageFeedback::Full, _) => {
                 bytes = OfSize::full_bytes(size_px);
                 ring.record(encoder, &image.texture)
             }
             _ => {
-                self.gather.record(device, encoder, image, pages);
-                let gather = &self.gather;
-                ring.record_with(|buffer| bytes = gather.copy_list(encoder, buffer, listed))
+                gather.record(device, encoder, image, marks, pages);
+                ring.record_with(|buffer| bytes = marks.copy_list(encoder, buffer, listed))
             }
         };
-        self.turns += 1;
+        *turns += 1;
         self.recorded = buffer.map(|buffer| (buffer, listed));
         self.recorded.is_some().then_some(bytes)
+    }
+
+    /// [`Self::record`] of pages that are found otherwise than by asking pixels: `mark` marks them. To be used with
+    /// [`PageFeedback::List`].
+    pub fn record_marked(
+        &mut self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        size_px: [u32; 2],
+        pages: &PageBindings,
+        mark: impl FnOnce(&mut wgpu::CommandEncoder, &PageMarks),
+    ) -> Option<u64> {
+        let buffers = Self::BUFFERS + self.latency_frames;
+        let Self { way, marks, listed, .. } = self;
+        let ring = &mut Self::of_size(&mut self.sized, (device, *way, size_px), buffers).ring;
+        if !ring.has_free() {
+            return None;
+        }
+        marks.clear(encoder);
+        mark(encoder, marks);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("list pages"),
+            timestamp_writes: None,
+        });
+        marks.complete(&mut pass, pages);
+        drop(pass);
+        let mut bytes = 0;
+        let buffer = ring.record_with(|buffer| bytes = marks.copy_list(encoder, buffer, *listed));
+        self.recorded = buffer.map(|buffer| (buffer, *listed));
+        self.recorded.is_some().then_some(bytes)
+    }
+
+    /// What is needed for frames of a size. What is on its way from frames of another size is let go.
+    fn of_size<'a>(
+        sized: &'a mut Option<OfSize>,
+        (device, way, size_px): (&wgpu::Device, PageFeedback, [u32; 2]),
+        buffers: u32,
+    ) -> &'a mut OfSize {
+        let made = match sized.take() {
+            Some(made) if made.size_px == size_px => made,
+            _ => OfSize::new(device, way, size_px, buffers),
+        };
+        sized.insert(made)
     }
 
     /// Asks for what was recorded in this frame, after its submission.
@@ -150,13 +200,13 @@ impl PageFeedbackRing {
                 PageFeedback::List => {
                     let count = words.first().copied().unwrap_or(0);
                     let next = (count + count / 4).next_power_of_two();
-                    self.listed = next.clamp(Self::LEAST_LISTED, GatherPagesPass::MOST_LISTED);
-                    back.is_cut_off = count.min(GatherPagesPass::MOST_LISTED) > listed;
+                    self.listed = next.clamp(Self::LEAST_LISTED, PageMarks::MOST_LISTED);
+                    back.is_cut_off = count.min(PageMarks::MOST_LISTED) > listed;
                     if back.is_cut_off {
                         continue;
                     }
-                    let head = (GatherPagesPass::HEAD_BYTES / 4) as usize;
-                    let listed = 2 * count.min(GatherPagesPass::MOST_LISTED) as usize;
+                    let head = (PageMarks::HEAD_BYTES / 4) as usize;
+                    let listed = 2 * count.min(PageMarks::MOST_LISTED) as usize;
                     &words[head..head + listed]
                 }
                 PageFeedback::Full | PageFeedback::Jittered => &words[..],
@@ -179,11 +229,11 @@ impl OfSize {
                 ReadbackRing::new(device, buffers, size_px, RequestImage::TEXEL_BYTES)
             }
             (None, _) => {
-                let bytes = GatherPagesPass::list_bytes(GatherPagesPass::MOST_LISTED);
+                let bytes = PageMarks::list_bytes(PageMarks::MOST_LISTED);
                 ReadbackRing::of_bytes(device, buffers, bytes as u32)
             }
         };
-        Self { image: RequestImage::new(device, size_px), sample, ring }
+        Self { size_px, image: None, sample, ring }
     }
 
     fn full_bytes([width, height]: [u32; 2]) -> u64 {

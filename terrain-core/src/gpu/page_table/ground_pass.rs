@@ -19,12 +19,12 @@ pub(crate) struct PageGroundBindings<'a> {
 }
 
 impl<'a> PageGroundBindings<'a> {
-    fn layouts(&self) -> [&'a wgpu::BindGroupLayout; 4] {
+    pub(in crate::gpu) fn layouts(&self) -> [&'a wgpu::BindGroupLayout; 4] {
         let [frame, terrain] = self.frame.layouts();
         [frame, terrain, &self.pages.layout, &self.ground.layout]
     }
 
-    fn set(&self, pass: &mut wgpu::RenderPass<'_>) {
+    pub(in crate::gpu) fn set(&self, pass: &mut wgpu::RenderPass<'_>) {
         pass.set_bind_group(PageBindings::GROUP, &self.pages.group, &[]);
         pass.set_bind_group(PageGroundGroup::GROUP, &self.ground.group, &[]);
     }

@@ -8,6 +8,7 @@ mod ground_pass;
 mod page_atlas;
 mod page_bindings;
 mod page_ground;
+mod page_marks;
 mod request_image;
 mod sample_pass;
 
@@ -18,10 +19,10 @@ pub(crate) use ground_pass::{
 pub(crate) use page_atlas::PageAtlas;
 pub(crate) use page_bindings::{PageBindings, PageTableUniforms};
 pub(crate) use page_ground::{PageGround, PageGroundGroup};
+pub(crate) use page_marks::PageMarks;
+pub(super) use request_image::RequestImage;
 
 #[cfg(test)]
 pub(super) use gather_pass::GatherPagesPass;
-#[cfg(test)]
-pub(super) use request_image::RequestImage;
 #[cfg(test)]
 pub(super) use sample_pass::SamplePagesPass;

@@ -163,7 +163,11 @@ fn group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("page table"),
         entries: &[
-            entry(0, buffer(wgpu::BufferBindingType::Uniform)),
+            wgpu::BindGroupLayoutEntry {
+                // Vertices ask too for the pages that triangles lie on.
+                visibility: FRAGMENT_AND_COMPUTE | wgpu::ShaderStages::VERTEX,
+                ..entry(0, buffer(wgpu::BufferBindingType::Uniform))
+            },
             entry(1, buffer(wgpu::BufferBindingType::Storage { read_only: true })),
             entry(2, texture),
             entry(3, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),

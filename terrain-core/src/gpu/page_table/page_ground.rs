@@ -39,7 +39,7 @@ impl PageGround {
 pub(crate) struct PageGroundGroup {
     pub layout: wgpu::BindGroupLayout,
     pub group: wgpu::BindGroup,
-    buffer: wgpu::Buffer,
+    pub buffer: wgpu::Buffer,
     written: Option<PageGround>,
 }
 

@@ -2,6 +2,7 @@ use std::mem::offset_of;
 
 use encase::ShaderType;
 
+use super::globe::{GlobeProbeAnswer, GlobeProbePoint};
 use super::page_table::{PageProbeAnswer, PageProbePoint};
 use crate::RendererSettings;
 use crate::dataset::HeightSamples;
@@ -11,24 +12,29 @@ use crate::gpu::derive_heights_pass::DecodeJob;
 use crate::gpu::limit_surface_pass::{CastPixel, LimitUniforms};
 use crate::gpu::manage_tiles_pass::{DeliveriesHead, ManageTilesPass, ManagedLayer, Slot};
 use crate::gpu::mesh_buffers::MeshBuffers;
-use crate::gpu::page_table::{GatherPagesPass, SamplePagesPass};
+use crate::gpu::objects::{ObjectBuffers, ObjectMaterial};
+use crate::gpu::page_table::{GatherPagesPass, PageMarks, SamplePagesPass};
 use crate::gpu::place_tiles_pass::{Ground, PlacedLayer};
 use crate::gpu::precision_probe::{Answer, Operands, Outcome, Results, Trial};
 use crate::gpu::seen_ground_buffer::SeenGroundBuffer;
 use crate::gpu::select_tiles_pass::SelectTilesPass;
 use crate::gpu::shader_library::{
     ALL, BUILD_TILE_TABLE, CLIPMAP, CLIPMAP_HEIGHTS, DERIVE_HEIGHTS, DISPLACE, GATHER_PAGES,
-    LIMIT_SURFACE, MANAGE_TILES, MARK_SEEN_TILES, MERGE_TILES, PAGE_PROBE, PAGE_TERRAIN,
-    PLACE_TILES, PRECISION_ENCODINGS, PRECISION_FLOATS, PRECISION_SPAN, REDUCE_REGION,
-    SAMPLE_PAGES, SUBDIVIDE_TILES, Shader, TERRAIN, WITH_OTHER_FLOATS,
+    GLOBE_PROBE, HALVE_DEPTH, LIMIT_SURFACE, MANAGE_TILES, MAP_GROUND, MARK_SEEN_TILES,
+    MERGE_TILES, OBJECTS, PAGE_PROBE, PAGE_TERRAIN, PLACE_TILES, PRECISION_ENCODINGS,
+    PRECISION_FLOATS, PRECISION_SPAN, REDUCE_REGION, SAMPLE_PAGES, SUBDIVIDE_TILES, Shader,
+    TERRAIN, WITH_OTHER_FLOATS,
 };
 use crate::gpu::tile_report::TileReport;
 use crate::gpu::{
-    CoordinatePass, FrameUniforms, PageGround, PageTableUniforms, TableRange, TileEntry, TilePlace,
+    CoordinatePass, FrameUniforms, GlobeUniforms, MipRange, PageGround, PageTableUniforms,
+    TableRange, TextureMapUniforms, TileEntry, TilePlace,
 };
 use crate::precision::encodings::{Decoded, EncodedPoint};
 use crate::residency::page_table::PageRequest;
 use crate::selection::{LISTED_AT_MOST, SeenTiles, SelectionParams};
+use crate::surface::globe::SplitPlace;
+use crate::surface::models::WrapMode;
 use crate::surface::{ClipBlock, MeshVertex};
 
 fn parse(shader: &Shader) -> naga::Module {
@@ -174,6 +180,16 @@ fn structs_of_the_page_table_have_the_same_members_offsets_and_sizes() {
     let ground = offsets!(PageGround: anchor_texel, anchor_from_eye_m, texels_per_m, padding);
     let size = size_of::<PageGround>() as u32;
     assert_eq!(wgsl_layout(&PAGE_TERRAIN, "PageGround"), (ground, size));
+    let map = offsets!(TextureMapUniforms: cells, cell_texels, cells_per_page_log2, viewport_px,
+        padding);
+    let size = size_of::<TextureMapUniforms>() as u32;
+    assert_eq!(wgsl_layout(&MAP_GROUND, "TextureMap"), (map, size));
+    let size = 2 * size_of::<MipRange>() as u32;
+    let (members, span) = wgsl_layout(&HALVE_DEPTH, "Mip");
+    let names = ["start", "width", "height", "padding"];
+    let finer = names.map(|name| format!("finer_{name}"));
+    let named = names.map(str::to_owned).into_iter().chain(finer);
+    assert_eq!((members, span), (named.zip((0..).step_by(4)).collect(), size));
     let point = offsets!(PageProbePoint: st, span_x, span_y, padding);
     let size = size_of::<PageProbePoint>() as u32;
     assert_eq!(wgsl_layout(&PAGE_PROBE, "PageProbePoint"), (point, size));
@@ -182,9 +198,9 @@ fn structs_of_the_page_table_have_the_same_members_offsets_and_sizes() {
     let size = size_of::<PageProbeAnswer>() as u32;
     assert_eq!(wgsl_layout(&PAGE_PROBE, "PageProbeAnswer"), (answer, size));
     let list = wgsl_layout(&GATHER_PAGES, "PageList").0;
-    let pages = ("pages".to_owned(), GatherPagesPass::HEAD_BYTES as u32);
+    let pages = ("pages".to_owned(), PageMarks::HEAD_BYTES as u32);
     assert_eq!(list.last(), Some(&pages));
-    let most = naga::Literal::U32(GatherPagesPass::MOST_LISTED);
+    let most = naga::Literal::U32(PageMarks::MOST_LISTED);
     assert_eq!(wgsl_constant(&GATHER_PAGES, "MOST_LISTED"), most);
     let block = naga::Literal::U32(GatherPagesPass::BLOCK_PX);
     assert_eq!(wgsl_constant(&GATHER_PAGES, "BLOCK_PX"), block);
@@ -194,6 +210,51 @@ fn structs_of_the_page_table_have_the_same_members_offsets_and_sizes() {
     {
         assert_eq!(wgsl_constant(&PAGE_PROBE, name), naga::Literal::I32(steps), "{name}");
     }
+}
+
+#[test]
+fn structs_of_the_globe_have_the_same_members_offsets_and_sizes() {
+    let point = offsets!(GlobeProbePoint: coarse, height_m, fine, padding);
+    let size = size_of::<GlobeProbePoint>() as u32;
+    assert_eq!(wgsl_layout(&GLOBE_PROBE, "GlobeProbePoint"), (point, size));
+    let answer = offsets!(GlobeProbeAnswer: clip, relative_m, cos_latitude, texel, part, east,
+        texels_per_m_east, north, texels_per_m_south, clear, padding, sky, padding_too);
+    let size = size_of::<GlobeProbeAnswer>() as u32;
+    assert_eq!(wgsl_layout(&GLOBE_PROBE, "GlobeProbeAnswer"), (answer, size));
+    let (members, size) = wgsl_layout(&GLOBE_PROBE, "Globe");
+    let names = members.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>();
+    assert_eq!(names, GlobeUniforms::MEMBER_NAMES);
+    for (index, (name, offset)) in members.iter().enumerate() {
+        let here = GlobeUniforms::METADATA.offset(index);
+        assert_eq!(u64::from(*offset), here, "{name}");
+    }
+    assert_eq!(u64::from(size), GlobeUniforms::BYTES);
+    assert_eq!(
+        wgsl_constant(&GLOBE_PROBE, "COARSE_M"),
+        naga::Literal::F32(SplitPlace::COARSE_M as f32)
+    );
+    assert_eq!(
+        wgsl_constant(&GLOBE_PROBE, "FINE_M"),
+        naga::Literal::F32(SplitPlace::FINE_M as f32)
+    );
+}
+
+#[test]
+fn structs_of_the_models_have_the_same_members_offsets_and_sizes() {
+    let material = offsets!(ObjectMaterial: colour, mean, first_texel, size_texels, wrap,
+        coarsest_level, alpha_cutoff);
+    let size = size_of::<ObjectMaterial>() as u32;
+    assert_eq!(wgsl_layout(&OBJECTS, "ObjectMaterial"), (material, size));
+    for (name, mode) in [("WRAP_MIRROR", WrapMode::Mirror), ("WRAP_CLAMP", WrapMode::Clamp)] {
+        assert_eq!(wgsl_constant(&OBJECTS, name), naga::Literal::U32(mode.code()), "{name}");
+    }
+    // Vertices and instances as who binds them as storage finds them.
+    let [vertex, instance] = ObjectBuffers::vertex_layouts().map(Option::unwrap);
+    let offsets = |layout: &wgpu::VertexBufferLayout<'_>| {
+        layout.attributes.iter().map(|attribute| attribute.offset / 4).collect::<Vec<_>>()
+    };
+    assert_eq!((vertex.array_stride, offsets(&vertex)), (36, vec![0, 3, 6, 8]));
+    assert_eq!((instance.array_stride, offsets(&instance)), (48, vec![0, 4, 8]));
 }
 
 #[test]

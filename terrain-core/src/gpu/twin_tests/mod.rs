@@ -4,12 +4,14 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a step that fails fails the test")]
 
 mod derived_mips;
+mod globe;
 mod layouts;
 mod mesh;
 mod page_table;
 mod random_field;
 mod sampling;
 mod sorted_triangles;
+mod texture_map;
 mod tile_management;
 mod tile_selection;
 mod view_mesh;
@@ -27,4 +29,11 @@ fn gpu() -> Option<GpuContext> {
             None
         }
     }
+}
+
+/// What a buffer to be mapped holds, once all that was submitted is done.
+fn mapped(gpu: &GpuContext, buffer: &wgpu::Buffer) -> Vec<u8> {
+    buffer.slice(..).map_async(wgpu::MapMode::Read, |_| ());
+    gpu.wait().unwrap();
+    buffer.slice(..).get_mapped_range().unwrap().to_vec()
 }

@@ -75,7 +75,7 @@ impl Stage {
         Picture::default().record(&gpu.device, &mut encoder, settings.target, to, |target| {
             let mesh = self.meshes.picture().unwrap();
             pass.draw(target, &self.bindings, mesh.parts(), mesh.visible());
-            &self.bindings.frame
+            Some(&self.bindings.frame)
         });
         gpu.queue.submit([encoder.finish()]);
         target.read_rgba8(gpu).unwrap()

@@ -2,9 +2,9 @@
 
 use glam::{DVec2, dvec2};
 
-use super::gpu;
 use super::random_field::Random;
 use super::sampling::LAYOUT;
+use super::{gpu, mapped};
 use crate::dataset::{ColourFormat, HeightRange, HeightRanges, Shape};
 use crate::gpu::frame_bindings::FrameBindings;
 use crate::gpu::manage_tiles_pass::{LayerDeliveries, ManageTilesPass, Slot};
@@ -161,12 +161,6 @@ fn readback_buffer(device: &wgpu::Device, size: u64) -> wgpu::Buffer {
         usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
         mapped_at_creation: false,
     })
-}
-
-fn mapped(gpu: &GpuContext, buffer: &wgpu::Buffer) -> Vec<u8> {
-    buffer.slice(..).map_async(wgpu::MapMode::Read, |_| ());
-    gpu.wait().unwrap();
-    buffer.slice(..).get_mapped_range().unwrap().to_vec()
 }
 
 fn read<T: bytemuck::Pod>(gpu: &GpuContext, buffer: &wgpu::Buffer) -> Vec<T> {

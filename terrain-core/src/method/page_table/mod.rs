@@ -7,6 +7,7 @@
 //! filtered to says little about how fine its ground must be. So nothing that comes back changes the ground in
 //! view, and a still camera comes to rest by itself.
 
+mod ground_map;
 mod heights;
 
 use std::sync::Arc;
@@ -14,6 +15,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec2;
 
+use self::ground_map::{GroundMap, MappedGround};
 use self::heights::StreamedHeights;
 use super::drawn_tiles::DrawnTiles;
 use super::paged_texture::{PagedSource, PagedTexture};
@@ -28,7 +30,8 @@ use crate::gpu::{
 use crate::layer_loading::{colour_format, open_height_intake};
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::{LookupMethod, RendererSettings};
-use crate::selection::{Selection, TileTree, select_by_frustum};
+use crate::residency::page_table::PagesAsked;
+use crate::selection::{Selection, Strategy, TileTree, select_by_frustum};
 use crate::terrain_renderer::RenderError;
 use crate::tiling::TileId;
 
@@ -39,6 +42,8 @@ pub(super) struct PageTable {
     imagery: PagedTexture,
     ground: PageGroundGroup,
     request_pass: Option<(RequestPassKey, PageRequestPass)>,
+    /// What finds the pages instead, with the strategy of that name.
+    map: Option<GroundMap>,
     /// The picture's pass, as long as no page fades in and while one does.
     passes: [Option<(PageGroundPassSettings, PageGroundPass)>; 2],
     /// The height tiles chosen.
@@ -71,6 +76,7 @@ impl PageTable {
             drawn,
             imagery,
             request_pass: None,
+            map: (settings.strategy == Strategy::TextureMap).then(|| GroundMap::new(&gpu.device)),
             passes: [None, None],
             selection: Selection { tiles: vec![TileId::ROOT], ..Default::default() },
         })
@@ -148,6 +154,9 @@ impl TerrainMethod for PageTable {
         let state = self.image_state(scene);
         if !self.imagery.wants_image(&state) {
             return false;
+        }
+        if self.map.is_some() {
+            return self.ask_map(cx, encoder, state, scene);
         }
         let key = self.request_pass_key(&scene.settings);
         let request_pass = match self.request_pass.take() {
@@ -240,6 +249,10 @@ impl TerrainMethod for PageTable {
         &self.selection
     }
 
+    fn pages_asked(&self) -> Option<PagesAsked> {
+        Some(self.imagery.asked())
+    }
+
     fn ground_height_m(&self, point: DVec2) -> Option<f64> {
         self.heights.ground.height_m(&self.heights.tree, point)
     }
@@ -256,6 +269,26 @@ impl PageTable {
     fn ground_bindings(&self) -> PageGroundBindings<'_> {
         let Self { drawn, imagery, ground, .. } = self;
         PageGroundBindings { frame: &drawn.tiles.bindings, pages: imagery.bindings(), ground }
+    }
+
+    /// Has the texture map find the pages of a state, and asks for them.
+    fn ask_map(
+        &mut self,
+        cx: &mut FrameContext<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        state: ImageState,
+        scene: &SceneState,
+    ) -> bool {
+        let Self { drawn, imagery, ground, map: Some(map), .. } = self else { return false };
+        let (gpu, mut sent) = (cx.gpu, 0);
+        let layout = imagery.layout().clone();
+        let has_asked = imagery.ask_marked(cx, encoder, state, |encoder, marks, pages| {
+            let ground = PageGroundBindings { frame: &drawn.tiles.bindings, pages, ground };
+            let mapped = MappedGround { drawn, ground, layout: &layout };
+            sent = map.mark(gpu, encoder, scene, mapped, marks);
+        });
+        cx.ledger.add(ByteCause::Uniform, sent);
+        has_asked
     }
 
     fn request_pass_key(&self, settings: &RendererSettings) -> RequestPassKey {

@@ -16,11 +16,11 @@ use self::streamed_pages::StreamedPages;
 use super::{FrameContext, ImageState, Moved};
 use crate::CameraView;
 use crate::dataset::ColourTile;
-use crate::gpu::{PageAtlas, PageBindings, PageFeedbackRing, PageTableUniforms};
+use crate::gpu::{PageAtlas, PageBindings, PageFeedbackRing, PageMarks, PageTableUniforms};
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::RendererSettings;
 use crate::residency::page_table::{
-    PageId, PageLayout, PageRequest, PageUpload, SeenPages, fitting,
+    PageId, PageLayout, PageRequest, PageUpload, PagesAsked, SeenPages, fitting,
 };
 use crate::terrain_renderer::RenderError;
 
@@ -85,6 +85,7 @@ impl PagedTexture {
     /// The settings that a texture is made for; all others as they are by default.
     pub fn made_for(settings: &RendererSettings) -> RendererSettings {
         let RendererSettings {
+            strategy,
             cache_columns,
             cache_rows,
             page_feedback,
@@ -92,6 +93,7 @@ impl PagedTexture {
             ..
         } = *settings;
         RendererSettings {
+            strategy,
             cache_columns,
             cache_rows,
             page_feedback,
@@ -134,6 +136,11 @@ impl PagedTexture {
         for image in back.images {
             self.seen.take(image, self.feedback.period());
         }
+    }
+
+    /// What the latest images asked for.
+    pub fn asked(&self) -> PagesAsked {
+        self.seen.asked()
     }
 
     /// Whether pages are to be chosen anew: the view has changed, or more has come back.
@@ -218,6 +225,37 @@ impl PagedTexture {
         let gpu = (&cx.gpu.device, &cx.gpu.queue);
         let size_px = state.view.viewport_px;
         let bytes = feedback.record(gpu, encoder, size_px, bindings, |pass| draw(pass, bindings));
+        self.has_asked(cx, state, bytes)
+    }
+
+    /// [`Self::ask`] where pages are found otherwise than by asking pixels: `mark` marks them
+    /// (`common/page_marks.wgsl`).
+    pub fn ask_marked(
+        &mut self,
+        cx: &mut FrameContext<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        state: ImageState,
+        mark: impl FnOnce(&mut wgpu::CommandEncoder, &PageMarks, &PageBindings),
+    ) -> bool {
+        if !self.wants_image(&state) || !self.feedback.is_free() {
+            return false;
+        }
+        let Self { feedback, bindings, .. } = self;
+        let size_px = state.view.viewport_px;
+        let bytes =
+            feedback.record_marked(&cx.gpu.device, encoder, size_px, bindings, |encoder, marks| {
+                mark(encoder, marks, bindings)
+            });
+        self.has_asked(cx, state, bytes)
+    }
+
+    /// Notes that so many bytes have been asked for, if any.
+    fn has_asked(
+        &mut self,
+        cx: &mut FrameContext<'_>,
+        state: ImageState,
+        bytes: Option<u64>,
+    ) -> bool {
         let Some(bytes) = bytes else { return false };
         cx.ledger.add(ByteCause::Readback, bytes);
         let before = self.asked.filter(|(asked, _)| *asked == state);

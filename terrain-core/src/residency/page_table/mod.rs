@@ -6,6 +6,7 @@
 //! GPU or here; [`fitting`] makes of what they asked what there is room for; [`PageStream`] brings it from
 //! disk to memory to the GPU. Nothing here knows what the texture is drawn on.
 
+mod face_culling;
 mod page_fades;
 mod page_feedback;
 mod page_layout;
@@ -15,6 +16,7 @@ mod page_stream;
 mod seen_pages;
 mod texture_place;
 
+pub use face_culling::{FaceCulling, UnknownFaceCulling};
 pub use page_feedback::{PageFeedback, UnknownPageFeedback};
 pub use page_layout::{PageId, PageLayout};
 pub use page_request::{PageRequest, PagesAsked, coarsened, fitting, unite};

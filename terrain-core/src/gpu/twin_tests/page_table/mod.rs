@@ -7,6 +7,7 @@ mod values;
 use glam::{DVec2, IVec2, Vec2};
 use wgpu::util::DeviceExt;
 
+use super::mapped;
 use super::random_field::Random;
 use crate::dataset::{ColourFormat, ColourTile, Shape};
 use crate::geodesy::PlateCarree;
@@ -268,7 +269,7 @@ impl Stage {
 }
 
 /// Waits for a buffer's first bytes.
-fn read_buffer(gpu: &GpuContext, buffer: &wgpu::Buffer, bytes: u64) -> Vec<u8> {
+pub(super) fn read_buffer(gpu: &GpuContext, buffer: &wgpu::Buffer, bytes: u64) -> Vec<u8> {
     let back = gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
         size: bytes,
@@ -279,11 +280,4 @@ fn read_buffer(gpu: &GpuContext, buffer: &wgpu::Buffer, bytes: u64) -> Vec<u8> {
     encoder.copy_buffer_to_buffer(buffer, 0, &back, 0, bytes);
     gpu.queue.submit([encoder.finish()]);
     mapped(gpu, &back)
-}
-
-fn mapped(gpu: &GpuContext, buffer: &wgpu::Buffer) -> Vec<u8> {
-    buffer.slice(..).map_async(wgpu::MapMode::Read, |_| ());
-    gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-    gpu.check().unwrap();
-    buffer.slice(..).get_mapped_range().unwrap().to_vec()
 }

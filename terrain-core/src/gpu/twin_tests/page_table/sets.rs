@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use glam::{DVec2, Vec2, dvec2};
 
 use super::{MOST_TAPS, PageProbePoint, Stage, layout, mapped};
-use crate::gpu::page_table::{GatherPagesPass, RequestImage, SamplePagesPass};
+use crate::gpu::page_table::{GatherPagesPass, PageMarks, RequestImage, SamplePagesPass};
 use crate::gpu::read_texture;
 use crate::gpu::twin_tests::gpu;
 use crate::residency::page_table::{
@@ -92,8 +92,9 @@ fn the_list_the_whole_image_and_brute_force_give_the_same_pages() {
     let pixels = slanted_plane();
     let image = request_image(&stage, &pixels);
 
-    let gather = GatherPagesPass::new(&stage.gpu.device, &stage.layout, &stage.pages);
-    let bytes = GatherPagesPass::list_bytes(GatherPagesPass::MOST_LISTED);
+    let marks = PageMarks::new(&stage.gpu.device, &stage.layout, &stage.pages);
+    let gather = GatherPagesPass::new(&stage.gpu.device, &marks, &stage.pages);
+    let bytes = PageMarks::list_bytes(PageMarks::MOST_LISTED);
     let back = stage.gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
         size: bytes,
@@ -103,9 +104,9 @@ fn the_list_the_whole_image_and_brute_force_give_the_same_pages() {
     let mut encoder = stage.gpu.device.create_command_encoder(&Default::default());
     // Twice: the second time finds nothing of the first.
     for _ in 0..2 {
-        gather.record(&stage.gpu.device, &mut encoder, &image, &stage.pages);
+        gather.record(&stage.gpu.device, &mut encoder, &image, &marks, &stage.pages);
     }
-    assert_eq!(gather.copy_list(&mut encoder, &back, u32::MAX), bytes);
+    assert_eq!(marks.copy_list(&mut encoder, &back, u32::MAX), bytes);
     stage.gpu.queue.submit([encoder.finish()]);
     let words = bytemuck::pod_collect_to_vec::<u8, u32>(&mapped(&stage.gpu, &back));
     let listed = bytemuck::cast_slice::<u32, PageRequest>(&words[2..2 + 2 * words[0] as usize]);

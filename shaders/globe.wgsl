@@ -1,0 +1,56 @@
+// Draws the globe with imagery through a page table, lit by its slopes as maps are, seen through the air.
+// needs: common/frame.wgsl common/globe.wgsl common/page_table.wgsl common/page_colour.wgsl common/globe_place.wgsl common/globe_air.wgsl common/atmosphere.wgsl common/ground_light.wgsl
+
+override HAS_COLOURS: bool = true;
+
+struct GroundVertex {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) @interpolate(perspective, centroid) relative_m: vec3<f32>,
+    @location(1) @interpolate(perspective, centroid) height_m: f32,
+    @location(2) @interpolate(perspective, centroid) lit: f32,
+    @location(3) @interpolate(perspective, centroid) clear: vec3<f32>,
+}
+
+@vertex
+fn globe_vertex(vertex: GlobeVertex) -> GroundVertex {
+    let relative_m = relative_place(vertex);
+    let clip = frame.clip_from_relative * vec4<f32>(relative_m, 1.0);
+    return GroundVertex(clip, relative_m, vertex.height_m, light(vertex.slope), globe_clear(relative_m));
+}
+
+@fragment
+fn globe_fragment(in: GroundVertex) -> @location(0) vec4<f32> {
+    let step_x_m = dpdx(in.relative_m);
+    let step_y_m = dpdy(in.relative_m);
+    let point = globe_point(in.relative_m, in.height_m);
+    let footprint = globe_footprint(point, step_x_m, step_y_m);
+    var bare = tint_by_height(in.height_m - globe.eye_height_m);
+    if HAS_COLOURS {
+        let imagery = page_colour(point.place, footprint);
+        bare = mix(bare, imagery.rgb, imagery.a);
+    }
+    let clear = clamp(in.clear, vec3<f32>(0.0), vec3<f32>(1.0));
+    if DEBUG_VIEW == DEBUG_OFF {
+        return vec4<f32>(mix(frame.haze_colour, bare * in.lit, clear), 1.0);
+    }
+    if DEBUG_VIEW == DEBUG_SLOPES {
+        return vec4<f32>(mix(frame.haze_colour, vec3<f32>(in.lit * 0.6), clear), 1.0);
+    }
+    let span = abs(row_span(point, ground_span(point, step_x_m))) + abs(row_span(point, ground_span(point, step_y_m)));
+    return page_borders(point.place, footprint, bare * in.lit, span);
+}
+
+// The pages that a picture is drawn from: their borders, and in the view of levels their levels. `span` is the
+// pixel's size in texels of level 0.
+fn page_borders(place: TexturePlace, footprint: PageFootprint, shaded: vec3<f32>, span: vec2<f32>) -> vec4<f32> {
+    let wanted = floor(footprint.level + pages.lookup_bias);
+    let found = find_page(place, u32(clamp(wanted, 0.0, f32(pages.coarsest_level))));
+    // Tiles' levels count from the coarsest.
+    let hue = level_colour(pages.coarsest_level - found.level);
+    let within = place_in_page(place, found.level, found.page);
+    let step_texels = span * level_scale(found.level);
+    let to_border = min(within, f32(pages.tile_texels) - within) / max(step_texels, vec2<f32>(1.0e-6));
+    let border = 1.0 - smoothstep(0.5, 1.5, min(to_border.x, to_border.y));
+    let tinted = mix(shaded, hue, select(0.0, 0.45, DEBUG_VIEW == DEBUG_LEVELS));
+    return vec4<f32>(mix(tinted, hue, border), 1.0);
+}
