@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::{ArgGroup, Args};
-use glam::dvec2;
+use glam::{DVec3, dvec2};
 use terrain_core::dataset::{Dataset, TileSource};
 use terrain_core::gpu::AdapterChoice;
 use terrain_core::measure::{CameraSpec, FrameRecord};
@@ -16,7 +16,7 @@ use terrain_core::{CameraView, RendererSettings};
 use crate::detail_args::DetailArgs;
 use crate::drawing_args::{DrawingArgs, Size};
 use crate::ground::Ground;
-use crate::headless::{Headless, Pace};
+use crate::headless::{Headless, Pace, true_place};
 use crate::progress::{FrameProgress, PhaseProgress};
 use crate::scene_args::SceneArgs;
 use crate::{flights, npy, output, pictures};
@@ -171,10 +171,11 @@ fn trace(
     let picture = render_reference(&scene, view, &settings, &bar, &AtomicBool::new(false));
     bar.clear();
     let picture = picture?;
-    let exaggeration = settings.vertical_exaggeration;
-    let true_height = |[x, y, z]: [f64; 3]| [x, y, z / exaggeration];
+    let place = |point: &DVec3| {
+        true_place(scene.shape(), view, settings.vertical_exaggeration, point.to_array())
+    };
     Ok(Drawn {
-        ground: picture.coordinates.iter().map(|point| true_height(point.to_array())).collect(),
+        ground: picture.coordinates.iter().map(place).collect(),
         rgba: picture.rgba.into_flattened(),
         record: None,
     })
