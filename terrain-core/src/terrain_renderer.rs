@@ -117,11 +117,9 @@ impl TerrainRenderer {
         if key(&settings) != key(&self.settings) {
             self.renew(settings, self.tin.clone())?;
         } else if settings != self.settings {
-            self.settings = settings;
+            let before = std::mem::replace(&mut self.settings, settings);
             self.method.reconsider();
-            if let Some(objects) = &mut self.objects {
-                objects.reconsider();
-            }
+            self.reconsider_models(&before)?;
         }
         Ok(())
     }

@@ -61,7 +61,7 @@ pub(crate) struct GroundBelow<'a> {
 }
 
 impl Objects {
-    /// Slots of the texture's atlas a side: of 136 texels each, half a million triangles' walls seen from anywhere.
+    /// Slots of the texture's atlas a side, of 136 texels each: four times the pixels of 1280 x 720.
     const SLOTS_A_SIDE: u32 = 16;
 
     /// Brings models to the GPU and makes the coarsest pages of their texture.
@@ -109,6 +109,11 @@ impl Objects {
             max_tiles: RendererSettings::most_tiles_of(side, side),
             ..*settings
         }
+    }
+
+    /// The settings that models are brought to the GPU for; all others as they are by default.
+    pub fn made_for(settings: &RendererSettings) -> RendererSettings {
+        PagedTexture::made_for(&Self::own_settings(settings))
     }
 
     /// Takes what the GPU has sent back since the last frame.
