@@ -5,13 +5,15 @@ use std::time::Instant;
 
 use glam::DVec3;
 use serde::Serialize;
-use terrain_core::dataset::TileSource;
+use terrain_core::dataset::{Shape, TileSource};
+use terrain_core::geodesy::Geodetic;
 use terrain_core::gpu::{AdapterChoice, GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
 use terrain_core::measure::FrameRecord;
-use terrain_core::surface::models::ModelScene;
+use terrain_core::selection::Strategy;
 use terrain_core::{CameraView, NoProgress, Progress, RendererSettings, TerrainRenderer};
 
 use crate::output;
+use crate::scene_args::SceneObjects;
 
 /// Whether frames wait, and for what.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -32,6 +34,8 @@ pub struct Headless {
     gpu: Arc<GpuContext>,
     renderer: TerrainRenderer,
     target: OffscreenTarget,
+    /// What the dataset's ground lies on.
+    shape: Shape,
     has_begun: bool,
 }
 
@@ -59,17 +63,18 @@ impl Headless {
         settings: RendererSettings,
         size_px: [u32; 2],
     ) -> anyhow::Result<Self> {
+        let shape = source.manifest().shape;
         let renderer = TerrainRenderer::new(Arc::clone(&gpu), source, settings)?;
         let target = OffscreenTarget::new(&gpu, size_px);
-        Ok(Self { gpu, renderer, target, has_begun: false })
+        Ok(Self { gpu, renderer, target, shape, has_begun: false })
     }
 
-    /// Draws models on the ground from the next frame on, or none.
+    /// Draws these beside the dataset from the next frame on.
     ///
     /// # Errors
     /// Where they cannot be drawn.
-    pub fn set_models(&mut self, models: Option<Arc<ModelScene>>) -> anyhow::Result<()> {
-        Ok(self.renderer.set_models(models)?)
+    pub fn add(&mut self, objects: &SceneObjects) -> anyhow::Result<()> {
+        Ok(objects.put_into(&mut self.renderer)?)
     }
 
     /// Draws a frame and waits for it; at [`Pace::Settled`] as many as it takes until nothing is missing.
@@ -197,8 +202,31 @@ impl Headless {
     /// # Errors
     /// Where the device fails.
     pub fn ground_coordinates(&mut self, view: &CameraView) -> anyhow::Result<Vec<[f64; 3]>> {
-        let exaggeration = self.renderer.settings().vertical_exaggeration;
+        let RendererSettings { vertical_exaggeration, strategy, .. } = *self.renderer.settings();
         let drawn = self.renderer.ground_coordinates(view)?;
-        Ok(drawn.into_iter().map(|[x, y, z]| [x, y, z / exaggeration]).collect())
+        // The others draw a globe as a map.
+        let shape = match strategy {
+            Strategy::PageTable => self.shape,
+            _ => Shape::Plane,
+        };
+        let place = |point| true_place(shape, view, vertical_exaggeration, point);
+        Ok(drawn.into_iter().map(place).collect())
     }
+}
+
+/// Where the point at a pixel of a view is, in the dataset's CRS and in true heights.
+pub fn true_place(
+    shape: Shape,
+    view: &CameraView,
+    vertical_exaggeration: f64,
+    point: [f64; 3],
+) -> [f64; 3] {
+    let place = match shape {
+        Shape::Plane => DVec3::from_array(point),
+        Shape::Globe => {
+            let seen = Geodetic::of_seen(view.eye, DVec3::from_array(point));
+            seen.plate_carree().extend(seen.height_m)
+        }
+    };
+    [place.x, place.y, place.z / vertical_exaggeration]
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::{ArgGroup, Args};
-use glam::dvec2;
+use glam::{DVec3, dvec2};
 use terrain_core::dataset::{Dataset, TileSource};
 use terrain_core::gpu::AdapterChoice;
 use terrain_core::measure::{CameraSpec, FrameRecord};
@@ -16,7 +16,7 @@ use terrain_core::{CameraView, RendererSettings};
 use crate::detail_args::DetailArgs;
 use crate::drawing_args::{DrawingArgs, Size};
 use crate::ground::Ground;
-use crate::headless::{Headless, Pace};
+use crate::headless::{Headless, Pace, true_place};
 use crate::progress::{FrameProgress, PhaseProgress};
 use crate::scene_args::SceneArgs;
 use crate::{flights, npy, output, pictures};
@@ -84,7 +84,7 @@ pub struct RenderArgs {
 
     /// Trace the exact picture on the CPU instead, from the full-resolution data, to tell how true a
     /// drawn one is; of the options on drawing only --exaggeration counts
-    #[arg(long, conflicts_with_all = ["settle", "frames", "json"])]
+    #[arg(long, conflicts_with_all = ["settle", "frames", "json", "models", "tin"])]
     reference: bool,
 
     /// Print what the frames did and cost, as JSON
@@ -147,9 +147,9 @@ fn draw(
     adapter: &AdapterChoice,
     settings: RendererSettings,
 ) -> anyhow::Result<Drawn> {
-    let models = args.scene.models(&*source)?;
+    let objects = args.scene.open(&*source)?;
     let mut headless = Headless::open(source, adapter, settings, args.size.0)?;
-    headless.set_models(models)?;
+    headless.add(&objects)?;
     let record = draw_frames(args, &mut headless, view)?;
     let rgba = headless.picture()?;
     let ground = match args.coordinates {
@@ -171,10 +171,11 @@ fn trace(
     let picture = render_reference(&scene, view, &settings, &bar, &AtomicBool::new(false));
     bar.clear();
     let picture = picture?;
-    let exaggeration = settings.vertical_exaggeration;
-    let true_height = |[x, y, z]: [f64; 3]| [x, y, z / exaggeration];
+    let place = |point: &DVec3| {
+        true_place(scene.shape(), view, settings.vertical_exaggeration, point.to_array())
+    };
     Ok(Drawn {
-        ground: picture.coordinates.iter().map(|point| true_height(point.to_array())).collect(),
+        ground: picture.coordinates.iter().map(place).collect(),
         rgba: picture.rgba.into_flattened(),
         record: None,
     })

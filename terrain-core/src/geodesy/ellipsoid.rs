@@ -97,6 +97,14 @@ impl Geodetic {
         }
     }
 
+    /// Of a point that an eye over a globe sees: both in metres on the [`PlateCarree`] and above the ellipsoid, the
+    /// point as the eye's place and what there is from it to the point in the eye's directions east, north and up.
+    pub fn of_seen(eye: DVec3, point: DVec3) -> Self {
+        let place = Self::from_plate_carree(eye);
+        let ecef = Wgs84::ecef_from_geodetic(&place) + place.ecef_from_local() * (point - eye);
+        Wgs84::geodetic_from_ecef(ecef)
+    }
+
     /// Metres east and north on the [`PlateCarree`].
     pub fn plate_carree(&self) -> DVec2 {
         dvec2(self.longitude_rad, self.latitude_rad) * PlateCarree::RADIUS_M

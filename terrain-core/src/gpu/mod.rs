@@ -80,8 +80,8 @@ pub(crate) use globe::{
 pub use limit_surface_pass::{LimitGpuColour, LimitGpuPicture, LimitSurfacePass};
 pub(crate) use manage_tiles_pass::LayerDeliveries;
 pub(crate) use objects::{
-    ModelRun, ObjectBindings, ObjectBuffers, ObjectMaterial, ObjectPass, ObjectPassSettings,
-    ObjectRequestPass,
+    ModelRun, ObjectBindings, ObjectBuffers, ObjectDepthPass, ObjectMaterial, ObjectPass,
+    ObjectPassSettings, ObjectRequestPass,
 };
 pub(crate) use offscreen_target::read_texture;
 pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
@@ -89,6 +89,7 @@ pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};
 pub(crate) use page_table::{
     PageAtlas, PageBindings, PageFeedbackRing, PageGround, PageGroundBindings, PageGroundGroup,
     PageGroundPass, PageGroundPassSettings, PageMarks, PageRequestPass, PageTableUniforms,
+    TinBindings, TinBuffers, TinPass, TinPassSettings, TinRequestPass,
 };
 pub(crate) use picture::{Picture, PictureTarget, TargetKind};
 pub use precision_depth_probe::probe_depth;
@@ -97,14 +98,12 @@ pub use precision_probe::{
     probe_native, probe_span,
 };
 pub(crate) use scene_meshes::{MeshScene, SceneMeshes};
-pub(crate) use shader_library::MAP_GROUND;
+pub(crate) use shader_library::{MAP_GROUND, MAP_OBJECTS};
 pub(crate) use terrain_cache::TerrainCache;
 pub(crate) use terrain_pass::{TerrainPass, TerrainPassSettings};
 #[cfg(test)]
-pub(crate) use texture_map::MipRange;
-pub(crate) use texture_map::{
-    DepthPyramid, GroundDepthPass, GroundTriangles, MapBindings, TextureMapPass, TextureMapUniforms,
-};
+pub(crate) use texture_map::{DepthPyramid, MipRange, TextureMapUniforms};
+pub(crate) use texture_map::{GroundDepthPass, MapScene, ObjectRanges, SceneMap, ground_triangles};
 pub(crate) use tile_management::TileManagement;
 pub(crate) use tile_report::TileReport;
 pub(crate) use tile_report_ring::TileReportRing;

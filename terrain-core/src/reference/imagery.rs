@@ -6,8 +6,9 @@ use glam::{DVec2, Vec3, Vec4, dvec2};
 
 use super::footprint::Footprint;
 use super::lazy_tiles::LazyTiles;
-use crate::dataset::{ColourTile, LoadError, TileSource};
+use crate::dataset::{ColourTile, LoadError, Shape, TileSource};
 use crate::srgb::LINEAR_FROM_CODE;
+use crate::surface::globe::GlobeGround;
 use crate::tiling::{Extent, LayerLayout, TilingScheme};
 
 /// Most taps along a footprint's longer axis. Longer ones are filtered from coarser texels.
@@ -18,6 +19,8 @@ pub(super) struct Imagery {
     scheme: TilingScheme,
     layout: LayerLayout,
     data_extent: Extent,
+    /// Whether what ends in the east goes on in the west.
+    is_round: bool,
     tiles: LazyTiles<ColourGrid>,
 }
 
@@ -40,6 +43,7 @@ impl Imagery {
             return None;
         }
         let scheme = manifest.scheme;
+        let is_round = manifest.shape == Shape::Globe;
         let loading = Arc::clone(source);
         let tiles = LazyTiles::new(scheme, source.colours_present().clone(), move |tile| {
             let loaded = loading.load_colours(tile)?;
@@ -47,7 +51,7 @@ impl Imagery {
             let bytes = size_of_val(grid.texels.as_slice()) as u64;
             Ok((grid, bytes))
         });
-        Some(Self { scheme, layout, data_extent: manifest.data_extent, tiles })
+        Some(Self { scheme, layout, data_extent: manifest.data_extent, is_round, tiles })
     }
 
     /// The mean colour under a footprint around a point: linear light, and how much of it is covered
@@ -69,6 +73,31 @@ impl Imagery {
         (mean.truncate(), mean.w)
     }
 
+    /// The mean colour under a footprint on a globe's ground around a point of the map, as [`Self::mean_under`] has
+    /// it. Rows of texels at high latitudes are shorter than those of the equator: `cos_latitude` times as long.
+    pub fn mean_on_globe(
+        &self,
+        point: DVec2,
+        footprint: &Footprint,
+        cos_latitude: f64,
+        finest: bool,
+    ) -> (Vec3, f32) {
+        let level = if finest { self.layout.finest_level() } else { self.level_for(footprint) };
+        let texel_m = self.layout.texel_size_m(&self.scheme, level);
+        let most = if finest { f64::INFINITY } else { MOST_TAPS };
+        let taps = (footprint.length_m() / texel_m).ceil().clamp(1.0, most) as u32;
+        let half_row_m = 0.5 * self.data_extent.size_m().x;
+        let along = footprint.long_axis_m.x / cos_latitude.max(1.0e-9);
+        let axis = dvec2(along.clamp(-half_row_m, half_row_m), footprint.long_axis_m.y);
+        let mut sum = Vec4::ZERO;
+        for tap in 0..taps {
+            let part = (f64::from(tap) + 0.5) / f64::from(taps) - 0.5;
+            sum += self.bilinear(GlobeGround::within(point + axis * part), level);
+        }
+        let mean = sum / taps as f32;
+        (mean.truncate(), mean.w)
+    }
+
     fn level_for(&self, footprint: &Footprint) -> u8 {
         let finest = self.layout.finest_level();
         let wanted_m = footprint.width_m.max(footprint.length_m() / MOST_TAPS);
@@ -84,7 +113,10 @@ impl Imagery {
         let tile = self.scheme.tile_at(level, inside).and_then(|tile| self.tiles.nearest(tile));
         let Some(grid) = tile.and_then(|tile| self.tiles.content(tile)) else { return Vec4::ZERO };
         // Imagery ends with the data; its outermost texels go on to the very edge.
-        let margin = DVec2::splat(0.5 * grid.texel_m);
+        let mut margin = DVec2::splat(0.5 * grid.texel_m);
+        if self.is_round {
+            margin.x = 0.0;
+        }
         grid.bilinear(inside.max(extent.min + margin).min(extent.max - margin))
     }
 

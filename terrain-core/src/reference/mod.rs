@@ -14,12 +14,15 @@
 //! pixel is the mean over its square of what rays through it see, taken until an error estimate is
 //! below the tolerance; see [`ReferenceSettings`].
 //!
+//! **A globe** has its heights on the ellipsoid of WGS 84, along its normals; see `globe_tracer.rs`.
+//!
 //! **Memory.** A height tile is decoded when a ray first comes near it: 4 bytes a sample and about
 //! 2.5 for the bounds that let rays pass it quickly. Imagery takes 4 bytes a texel, and only the levels that
 //! the picture needs are read. [`ReferenceScene::loaded_bytes`] tells the sum.
 
 mod camera_rays;
 mod footprint;
+mod globe_tracer;
 mod grid_walk;
 mod height_grid;
 mod imagery;
@@ -29,6 +32,7 @@ mod partial_patch;
 mod patch;
 mod picture;
 mod pixel_integral;
+mod plane_tracer;
 mod range_pyramid;
 mod ray_box;
 mod render;
@@ -38,6 +42,7 @@ mod silhouette;
 #[cfg(test)]
 mod tests;
 mod tile_walk;
+mod tracer;
 
 pub use picture::ReferencePicture;
 pub use render::{ReferenceSettings, render_reference};

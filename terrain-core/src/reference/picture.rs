@@ -8,7 +8,8 @@ pub struct ReferencePicture {
     /// sRGB-encoded colour and alpha 255, as in the pictures the renderer draws.
     pub rgba: Vec<[u8; 4]>,
     /// Where the ray through the pixel's centre meets the surface: x, y in metres of the CRS and z
-    /// as drawn, vertical exaggeration included. NaN where there is sky.
+    /// as drawn, vertical exaggeration included. NaN where there is sky. Of a globe as
+    /// [`Geodetic::of_seen`](crate::geodesy::Geodetic::of_seen) reads it.
     pub coordinates: Vec<DVec3>,
     /// Distance from the eye to that point in metres; infinite where there is sky.
     pub distance_m: Vec<f64>,

@@ -1,16 +1,18 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::ReferencePicture;
 use super::camera_rays::CameraRays;
-use super::footprint::{Footprint, ground_step};
+use super::globe_tracer::GlobeTracer;
 use super::pixel_integral::{Tolerance, mean_colour, srgb_code};
-use super::scene::{ReferenceError, ReferenceScene, SurfaceHit};
-use super::shading::Shading;
+use super::plane_tracer::PlaneTracer;
+use super::scene::{ReferenceError, ReferenceScene};
 use super::silhouette::SilhouetteTest;
+use super::tracer::Tracer;
 use crate::CameraView;
+use crate::dataset::Shape;
 use crate::progress::Progress;
 use crate::renderer_settings::RendererSettings;
 
@@ -89,12 +91,11 @@ pub fn render_reference(
 ) -> Result<ReferencePicture, ReferenceError> {
     check_view(view)?;
     let settings = settings.checked();
-    let shot = Shot {
-        scene,
-        settings,
-        rays: CameraRays::new(view),
-        shading: Shading::new(view, &scene.tree, &settings),
+    let tracer: Box<dyn Tracer> = match scene.shape() {
+        Shape::Plane => Box::new(PlaneTracer::new(scene, view, &settings)),
+        Shape::Globe => Box::new(GlobeTracer::new(scene, view, &settings)),
     };
+    let shot = Shot { tracer: &*tracer, settings, rays: CameraRays::new(view) };
     let work = Work { progress, cancelled, done: AtomicU64::new(0) };
     let silhouette = shot.silhouette(view, &work)?;
     let pixels = shot.pixels(view, &silhouette, &work)?;
@@ -157,10 +158,9 @@ impl Work<'_> {
 
 /// One view of a scene.
 struct Shot<'a> {
-    scene: &'a ReferenceScene,
+    tracer: &'a dyn Tracer,
     settings: ReferenceSettings,
     rays: CameraRays,
-    shading: Shading,
 }
 
 struct Pixel {
@@ -200,52 +200,23 @@ impl Shot<'_> {
         };
         let light = mean_colour(tolerance, |place, side_px| {
             let position = corner + DVec2::from_array(place);
-            self.colour(position, side_px)
+            self.tracer.colour(position, side_px)
         });
         let [red, green, blue] = srgb_code(light);
-        let centre = self.hit(self.rays.direction(corner.x + 0.5, corner.y + 0.5));
+        let centre = self.tracer.seen(self.rays.direction(corner.x + 0.5, corner.y + 0.5));
         Pixel {
             rgba: [red, green, blue, u8::MAX],
-            point: centre.map_or(DVec3::NAN, |hit| hit.point),
-            distance_m: centre.map_or(f64::INFINITY, |hit| hit.distance_m),
+            point: centre.map_or(DVec3::NAN, |seen| seen.point),
+            distance_m: centre.map_or(f64::INFINITY, |seen| seen.distance_m),
         }
-    }
-
-    fn hit(&self, direction: DVec3) -> Option<SurfaceHit> {
-        self.scene.first_hit(self.rays.eye, direction, self.settings.vertical_exaggeration)
-    }
-
-    /// Linear light seen through a square of the picture with this middle and side.
-    fn colour(&self, position: DVec2, side_px: f64) -> Vec3 {
-        let direction = self.rays.direction(position.x, position.y);
-        let Some(hit) = self.hit(direction) else {
-            return self.shading.background(direction.normalize());
-        };
-        let on_map = hit.point.truncate();
-        let imagery = self.scene.imagery.as_ref().map_or((Vec3::ZERO, 0.0), |imagery| {
-            let footprint = self.footprint(direction, &hit, side_px);
-            imagery.mean_under(on_map, &footprint, self.settings.finest_imagery)
-        });
-        self.shading.ground(hit.point - self.rays.eye, self.scene.lit_slope(on_map), imagery)
-    }
-
-    /// The ground under a square of the picture around a ray: on the plane that touches the surface
-    /// where the ray meets it.
-    fn footprint(&self, direction: DVec3, hit: &SurfaceHit, side_px: f64) -> Footprint {
-        let steep = hit.slope * self.settings.vertical_exaggeration;
-        let normal = DVec3::new(-steep.x, -steep.y, 1.0);
-        let way = hit.distance_m / direction.length();
-        let side = |step: DVec3| ground_step(direction, step * side_px, normal, way);
-        Footprint::of_parallelogram(side(self.rays.step_right), side(self.rays.step_down))
     }
 
     /// The pixels through which edges of nearer ground run.
     fn silhouette(&self, view: &CameraView, work: &Work<'_>) -> Result<Vec<bool>, ReferenceError> {
         let [width, height] = view.viewport_px.map(|side| side as usize);
         let test = SilhouetteTest {
-            scene: self.scene,
+            tracer: self.tracer,
             rays: &self.rays,
-            exaggeration: self.settings.vertical_exaggeration,
             pixel_angle_rad: view.pixel_angle_rad(),
         };
         let position = |index: usize| [(index % (width + 1)) as f64, (index / (width + 1)) as f64];

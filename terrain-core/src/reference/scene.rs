@@ -8,20 +8,21 @@ use super::imagery::Imagery;
 use super::lazy_tiles::LazyTiles;
 use super::ray_box::part_within_box;
 use super::tile_walk::{Ground, TileWalk};
-use crate::dataset::{LoadError, TileSource};
+use crate::dataset::{LoadError, Shape, TileSource};
 use crate::selection::TileTree;
 use crate::tiling::TileId;
 
 /// The full-resolution data of a source, read tile by tile as it is needed and kept in memory.
 ///
 /// May be used from many threads at once. Ground whose tiles cannot be read counts as ground
-/// without data; [`ReferenceScene::check`] tells.
+/// without data; [`ReferenceScene::check`] tells. Points and rays are those of the dataset's map, of a globe as well.
 pub struct ReferenceScene {
+    shape: Shape,
     pub(super) tree: TileTree,
     pub(super) imagery: Option<Imagery>,
     heights: LazyTiles<HeightGrid>,
     /// Heights of all ground, metres.
-    range_m: [f64; 2],
+    pub(super) range_m: [f64; 2],
 }
 
 /// Why there is no reference.
@@ -63,6 +64,7 @@ impl ReferenceScene {
         if !tree.heights.present.contains(TileId::ROOT) {
             return Err(ReferenceError::NoHeights);
         }
+        let shape = source.manifest().shape;
         let layer = &source.manifest().heights;
         // The outermost point of the data has half of its weights; a little less for rounding.
         let least_share = if layer.has_voids { 0.5 - 1e-9 } else { 1e-9 };
@@ -75,7 +77,7 @@ impl ReferenceScene {
             let bytes = grid.byte_len();
             Ok((grid, bytes))
         });
-        Ok(Self { tree, imagery, heights, range_m })
+        Ok(Self { shape, tree, imagery, heights, range_m })
     }
 
     /// Whether all that was touched so far could be read.
@@ -88,6 +90,11 @@ impl ReferenceScene {
             Some(failure) => Err(failure.clone().into()),
             None => Ok(()),
         }
+    }
+
+    /// What the ground lies on.
+    pub fn shape(&self) -> Shape {
+        self.shape
     }
 
     /// Bytes of memory that the tiles read so far take.

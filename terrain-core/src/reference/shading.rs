@@ -33,9 +33,24 @@ impl Shading {
     /// Linear light of lit ground `relative` to the eye (metres), whose slope is given without
     /// exaggeration, seen through the air. `imagery` is weighted by `coverage`.
     pub fn ground(&self, relative: DVec3, slope: DVec2, (imagery, coverage): (Vec3, f32)) -> Vec3 {
-        let bare = imagery + self.tint(relative.z as f32) * (1.0 - coverage);
+        let lit = self.lit_ground(relative.z as f32, slope, (imagery, coverage));
         let clear = self.transmittance(relative.as_vec3());
-        self.frame.haze_colour.lerp(bare * self.light(slope), clear)
+        self.frame.haze_colour.lerp(lit, clear)
+    }
+
+    /// The same without the air; `above_eye_m` is how far the ground is above the eye.
+    pub fn lit_ground(
+        &self,
+        above_eye_m: f32,
+        slope: DVec2,
+        (imagery, coverage): (Vec3, f32),
+    ) -> Vec3 {
+        (imagery + self.tint(above_eye_m) * (1.0 - coverage)) * self.light(slope)
+    }
+
+    /// Linear light of the haze.
+    pub fn haze(&self) -> Vec3 {
+        self.frame.haze_colour
     }
 
     /// Linear light where there is no ground, in a direction of length 1.

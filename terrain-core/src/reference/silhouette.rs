@@ -1,7 +1,7 @@
 //! Where the edges of nearer ground run.
 
 use super::camera_rays::CameraRays;
-use super::scene::ReferenceScene;
+use super::tracer::Tracer;
 
 /// Halvings of a pixel's side: rays end up a thousandth of a pixel apart.
 const HALVINGS: u32 = 10;
@@ -15,9 +15,8 @@ const HALVINGS: u32 = 10;
 /// a pixel apart. Ground without an edge shows such a difference only where it is seen at so small an
 /// angle that a pixel spans a thousand times its width.
 pub(super) struct SilhouetteTest<'a> {
-    pub scene: &'a ReferenceScene,
+    pub tracer: &'a dyn Tracer,
     pub rays: &'a CameraRays,
-    pub exaggeration: f64,
     /// Angle that a pixel subtends.
     pub pixel_angle_rad: f64,
 }
@@ -25,8 +24,8 @@ pub(super) struct SilhouetteTest<'a> {
 impl SilhouetteTest<'_> {
     /// Distance to the ground through a position in the picture; infinite where there is sky.
     pub fn distance_m(&self, [x, y]: [f64; 2]) -> f64 {
-        let hit = self.scene.first_hit(self.rays.eye, self.rays.direction(x, y), self.exaggeration);
-        hit.map_or(f64::INFINITY, |hit| hit.distance_m)
+        let seen = self.tracer.seen(self.rays.direction(x, y));
+        seen.map_or(f64::INFINITY, |seen| seen.distance_m)
     }
 
     /// Whether an edge crosses the line between two positions at which distances are known.

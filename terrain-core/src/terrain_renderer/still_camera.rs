@@ -50,8 +50,9 @@ impl TerrainRenderer {
 
     /// Where on the ground each pixel of the view looks with the tiles there are: x, y in the
     /// dataset's CRS and the height drawn (exaggeration included), row by row from the top left, NaN
-    /// where there is sky. From the same mesh and tiles as a picture. No frame: see
-    /// [`Self::redraw`].
+    /// where there is sky. Of a globe, the eye's place and what there is from it to the point in the eye's
+    /// directions, which [`Geodetic::of_seen`](crate::geodesy::Geodetic::of_seen) reads. From the same mesh
+    /// and tiles as a picture. No frame: see [`Self::redraw`].
     ///
     /// # Errors
     /// [`RenderError::Gpu`] where the device has failed.

@@ -200,8 +200,11 @@ impl Course {
         let drawn = DrawnPicture { rgba: &rgba, ground: &ground };
         let exaggeration = headless.settings().vertical_exaggeration;
         let deviation =
-            PictureDeviation::measure(view, exaggeration, drawn, &reference, &true_z_m)?;
-        let swim = self.swim(record.time_s, &ground, headless)?;
+            PictureDeviation::measure(view, exaggeration, drawn, &reference, true_z_m.as_deref())?;
+        let swim = match true_z_m {
+            Some(_) => self.swim(record.time_s, &ground, headless)?,
+            None => None,
+        };
         let arrived = before.filter(|_| record.tiles_new > 0);
         let popping = match arrived {
             Some(before) => popping(before, &rgba, self.rules.size_px)?,

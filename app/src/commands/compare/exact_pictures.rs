@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
 use terrain_core::NoProgress;
-use terrain_core::dataset::TileSource;
+use terrain_core::dataset::{Shape, TileSource};
 use terrain_core::measure::error::true_heights_m;
 use terrain_core::reference::{
     ReferencePicture, ReferenceScene, ReferenceSettings, render_reference,
@@ -65,13 +65,17 @@ impl ExactPictures {
         Ok(picture)
     }
 
-    /// The exact heights, as drawn, at x and y of these points; not a number where there are none.
+    /// The exact heights, as drawn, at x and y of these points; not a number where there are none. `None` of a
+    /// globe, where up is not the same for all of them.
     ///
     /// # Errors
     /// Where a tile cannot be read.
-    pub fn heights_m(&self, ground: &[DVec3]) -> anyhow::Result<Vec<f64>> {
+    pub fn heights_m(&self, ground: &[DVec3]) -> anyhow::Result<Option<Vec<f64>>> {
+        if self.scene.shape() == Shape::Globe {
+            return Ok(None);
+        }
         let heights = true_heights_m(&self.scene, ground, self.settings.vertical_exaggeration);
         self.scene.check()?;
-        Ok(heights)
+        Ok(Some(heights))
     }
 }

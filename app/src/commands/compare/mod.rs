@@ -16,17 +16,18 @@ use std::sync::Arc;
 
 use anyhow::{Context, ensure};
 use clap::Args;
-use terrain_core::dataset::{Dataset, DelayedSource, HeightEncoding, Manifest, TileSource};
+use terrain_core::dataset::{Dataset, DelayedSource, HeightEncoding, Manifest, Shape, TileSource};
 use terrain_core::gpu::{AdapterChoice, GpuContext};
 use terrain_core::measure::sweep::{Knob, Sweep};
 use terrain_core::measure::{Flight, PlannedFlight};
+use terrain_core::selection::Strategy;
 
 use self::comparison::ErrorColumn;
 use self::course::{Course, Rules, RunResult};
 use self::exact_pictures::ExactPictures;
 use self::page::{Page, Scene};
 use self::plans::RunPlan;
-use self::variant::VariantList;
+use self::variant::{Variant, VariantList};
 use crate::arg_values::positive;
 use crate::commands::fly::frames_to_draw;
 use crate::drawing_args::{DrawingArgs, Size};
@@ -198,6 +199,11 @@ pub fn run(args: &CompareArgs, adapter: &AdapterChoice) -> anyhow::Result<()> {
         None => vec![settings.strategy.into()],
         Some(list) => list.0.clone(),
     };
+    let draws_globe = |variant: &Variant| variant.strategy() == Strategy::PageTable;
+    ensure!(
+        source.manifest().shape == Shape::Plane || strategies.iter().all(draws_globe),
+        "the exact pictures of a globe are those of page-table alone: the other strategies draw it as a map"
+    );
     let sweep = args.sweep();
     let plans = plans::plans(&strategies, sweep.as_ref(), &source, settings)?;
     let courses = courses(args, &*source, settings.vertical_exaggeration, plans.len())?;

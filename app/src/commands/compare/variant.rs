@@ -17,6 +17,11 @@ pub struct Variant {
 }
 
 impl Variant {
+    /// The strategy.
+    pub fn strategy(&self) -> Strategy {
+        self.strategy
+    }
+
     /// The settings as the variant has them.
     pub fn of(&self, settings: RendererSettings) -> RendererSettings {
         RendererSettings {

@@ -39,7 +39,7 @@ pub struct PictureDeviation {
 impl PictureDeviation {
     /// Measures the picture drawn for the view against the exact one. `true_z_m` holds the height of
     /// the exact surface, as drawn, at the x and y of each point of the drawn ground; not a number
-    /// where it has none.
+    /// where it has none. Without it, as of a globe, neither is measured that goes by heights.
     ///
     /// # Errors
     /// [`SizeMismatch`] where a list has not the pixels of the view, or there are none.
@@ -48,15 +48,22 @@ impl PictureDeviation {
         vertical_exaggeration: f64,
         drawn: DrawnPicture<'_>,
         exact: &ReferencePicture,
-        true_z_m: &[f64],
+        true_z_m: Option<&[f64]>,
     ) -> Result<Self, SizeMismatch> {
         let size_px = view.viewport_px;
         let (rgba, ppd) = (&exact.rgba, DEFAULT_PIXELS_PER_DEGREE);
         let flip = flip_errors(rgba, drawn.rgba, size_px, ppd)?.into_iter().map(f64::from);
         let flip = Spread::of(flip).ok_or(SizeMismatch { size_px, found: 0 })?;
         let psnr_db = Some(psnr_db(rgba, drawn.rgba)?).filter(|ratio| ratio.is_finite());
-        let screen = screen_errors_px(view, drawn.ground, &exact.coordinates, true_z_m)?;
-        let height = height_error(drawn.ground, true_z_m)?.map(|error| HeightError {
+        let screen = match true_z_m {
+            Some(true_z_m) => screen_errors_px(view, drawn.ground, &exact.coordinates, true_z_m)?,
+            None => Vec::new(),
+        };
+        let height = match true_z_m {
+            Some(true_z_m) => height_error(drawn.ground, true_z_m)?,
+            None => None,
+        };
+        let height = height.map(|error| HeightError {
             rmse_m: error.rmse_m / vertical_exaggeration,
             max_m: error.max_m / vertical_exaggeration,
         });
@@ -102,13 +109,13 @@ mod tests {
         };
         let true_z_m = ground.iter().map(|point| point.z).collect::<Vec<_>>();
         let drawn = DrawnPicture { rgba: &exact.rgba, ground: &ground };
-        let same = PictureDeviation::measure(&view, 2.0, drawn, &exact, &true_z_m).unwrap();
+        let same = PictureDeviation::measure(&view, 2.0, drawn, &exact, Some(&true_z_m)).unwrap();
         assert_eq!(same.flip, Spread::default());
         assert_eq!((same.psnr_db, same.screen_error_px), (None, Some(Spread::default())));
         assert_eq!(same.height, Some(HeightError { rmse_m: 0.0, max_m: 0.0 }));
         assert_eq!(same.silhouette, Some(SilhouetteError { mean_px: 0.0, max_px: 0.0 }));
         let higher = true_z_m.iter().map(|z| z + 3.0).collect::<Vec<_>>();
-        let off = PictureDeviation::measure(&view, 2.0, drawn, &exact, &higher).unwrap();
+        let off = PictureDeviation::measure(&view, 2.0, drawn, &exact, Some(&higher)).unwrap();
         assert!((off.height.unwrap().rmse_m - 1.5).abs() < 1.0e-9, "exaggeration divided out");
     }
 }

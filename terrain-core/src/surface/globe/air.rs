@@ -30,7 +30,7 @@ impl GlobeAir {
     /// Height in metres over which the air thins out to 1/e.
     const SCALE_HEIGHT_M: f64 = 8_000.0;
     /// Metres of the densest air that take 1 - 1/e of the ground's light, all colours together.
-    const HAZE_DISTANCE_M: f64 = 200_000.0;
+    const HAZE_DISTANCE_M: f64 = 140_000.0;
     /// Parts that a way is taken in.
     const PARTS: u32 = 256;
 
