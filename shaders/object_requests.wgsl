@@ -16,7 +16,7 @@ fn request_vertex(corner: ObjectCorner) -> RequestPoint {
 @fragment
 fn request_fragment(in: RequestPoint) -> @location(0) vec2<u32> {
     let material = object_materials[in.material];
-    let footprint = object_footprint(material, dpdx(in.uv), dpdy(in.uv));
+    let footprint = object_footprint(material, dpdxFine(in.uv), dpdyFine(in.uv));
     // Through gaps other surfaces are seen, and where gaps are is not known before the pages are there: every
     // second pixel asks for what lies behind.
     if material.alpha_cutoff > 0.0 && (u32(in.clip.x) + u32(in.clip.y)) % 2u == 1u {
@@ -26,4 +26,13 @@ fn request_fragment(in: RequestPoint) -> @location(0) vec2<u32> {
         return vec2<u32>(NO_REQUEST);
     }
     return page_request(object_place(material, in.uv), footprint);
+}
+
+// The depth alone, of all that hides what lies behind it.
+@fragment
+fn depth_fragment(in: RequestPoint) -> @location(0) f32 {
+    if object_materials[in.material].alpha_cutoff > 0.0 {
+        discard;
+    }
+    return in.clip.z;
 }

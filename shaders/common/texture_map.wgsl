@@ -14,7 +14,9 @@ struct TextureMap {
     cell_texels: u32,
     cells_per_page_log2: u32,
     viewport_px: vec2<f32>,
-    padding: vec2<f32>,
+    // Ranges of triangles.
+    ranges: u32,
+    padding: u32,
 }
 
 @group(3) @binding(5) var<uniform> map: TextureMap;
@@ -39,6 +41,13 @@ struct MapTriangle {
     a: MapCorner,
     b: MapCorner,
     c: MapCorner,
+    // Whether it shows parts of the texture that do not lie together: any of so many texels from the anchor.
+    is_scattered: bool,
+    scattered_over: vec2<f32>,
+    // Pixels that are coarser by a level or more ask for nothing.
+    coarsest_level: f32,
+    // Whether its back shows as well.
+    is_two_sided: bool,
 }
 
 // A rectangle of the texture, in texels from a triangle's anchor.
@@ -63,6 +72,9 @@ struct PictureBounds {
 // The paper's test: the eye, the origin here, lies on the side of the triangle that its corners run round to the left
 // on. No length is needed. Nearly edge-on counts as seen, since rasterisation rounds.
 fn faces_eye(t: MapTriangle) -> bool {
+    if t.is_two_sided {
+        return true;
+    }
     let normal = cross(t.b.relative_m - t.a.relative_m, t.c.relative_m - t.a.relative_m);
     let towards = -dot(t.a.relative_m, normal);
     return towards >= -1.0e-5 * length(t.a.relative_m) * length(normal);
@@ -104,7 +116,15 @@ fn is_outside(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>) -> bool {
     return all(w <= vec3<f32>(0.0)) || all(x > w) || all(-x > w) || all(y > w) || all(-y > w);
 }
 
+// What of the texture a triangle shows.
 fn rect_of(t: MapTriangle) -> TexelRect {
+    if t.is_scattered {
+        return TexelRect(vec2<f32>(0.0), t.scattered_over);
+    }
+    return corner_rect(t);
+}
+
+fn corner_rect(t: MapTriangle) -> TexelRect {
     return TexelRect(
         min(t.a.texels, min(t.b.texels, t.c.texels)),
         max(t.a.texels, max(t.b.texels, t.c.texels)),
@@ -163,7 +183,7 @@ fn texel_axes(t: MapTriangle) -> TexelAxes {
 // its plane does over the rectangle.
 fn bounds_in(t: MapTriangle, whole: PictureBounds, rect: TexelRect) -> PictureBounds {
     let axes = texel_axes(t);
-    if !axes.is_known {
+    if !axes.is_known || t.is_scattered {
         return whole;
     }
     var part = bounds_of_none();
@@ -327,14 +347,14 @@ fn lay(t: MapTriangle) -> LaidTriangle {
     let a = clip_of(t.a.relative_m);
     let b = clip_of(t.b.relative_m);
     let c = clip_of(t.c.relative_m);
-    if is_out_of_picture(a, b, c) {
+    if is_out_of_picture(a, b, c) || t.coarsest_level < 0.0 {
         return LaidTriangle(0u, vec2<u32>(0u), vec2<u32>(0u), false);
     }
-    let rect = rect_of(t);
-    let field = footprint_field(t, 0.5 * (rect.low + rect.high));
-    let finest = level_bounds(field, bounds_of(a, b, c), rect).x + pages.request_bias;
+    let around = corner_rect(t);
+    let field = footprint_field(t, 0.5 * (around.low + around.high));
+    let finest = level_bounds(field, bounds_of(a, b, c), around).x + pages.request_bias;
     let mip = u32(clamp(finest, 0.0, f32(pages.coarsest_level)));
-    let cells = cells_under(t, rect, mip);
+    let cells = cells_under(t, rect_of(t), mip);
     return LaidTriangle(mip, cells.xy, cells.zw, true);
 }
 
@@ -352,6 +372,9 @@ fn rect_of_cell(t: MapTriangle, cell: vec2<u32>, mip: u32) -> TexelRect {
 // Whether a triangle reaches into a rectangle: whether no edge of either parts them. A triangle without area in
 // the texture counts as its rectangle.
 fn reaches_into(t: MapTriangle, rect: TexelRect) -> bool {
+    if t.is_scattered {
+        return true;
+    }
     let corners = array<vec2<f32>, 3>(t.a.texels, t.b.texels, t.c.texels);
     let first = corners[1] - corners[0];
     let second = corners[2] - corners[0];

@@ -5,13 +5,16 @@
 use std::fs::File;
 use std::hint::black_box;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use terrain_core::dataset::codec::{
     decode_colours, decode_heights, encode_colours, encode_height_steps,
 };
-use terrain_core::dataset::{ColourEncoding, ColourFormat};
+use terrain_core::dataset::{
+    ColourEncoding, ColourFormat, Dataset, DetailedSource, Shape, TileSource,
+};
 use terrain_core::prepare::{NoProgress, PrepareRequest, prepare};
 use terrain_core::tiling::TileId;
 use tiff::encoder::{TiffEncoder, colortype};
@@ -121,5 +124,35 @@ fn area(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, tiles, area);
+/// Tiles made up below a globe's imagery, of 512 texels: by how many levels down, and encoded how.
+fn detail(criterion: &mut Criterion) {
+    let folder = tempfile::tempdir().unwrap();
+    let (width, height) = (2048, 1024);
+    let rgb = picture(width, 3);
+    let path = folder.path().join("earth.png");
+    let rows = rgb[..(3 * width * height) as usize].to_vec();
+    image::RgbImage::from_raw(width, height, rows).unwrap().save(&path).unwrap();
+    let mut group = criterion.benchmark_group("tile made up");
+    group.sample_size(20);
+    for encoding in [ColourEncoding::Rgba8, ColourEncoding::Bc7] {
+        let request = PrepareRequest {
+            shape: Shape::Globe,
+            colour_tile_texels: 512,
+            colour_encoding: encoding,
+            ..PrepareRequest::new(vec![], vec![path.clone()], folder.path().join("dataset"))
+        };
+        prepare(&request, &NoProgress, &AtomicBool::new(false)).unwrap();
+        let dataset = Arc::new(Dataset::open(&request.out).unwrap());
+        let source = DetailedSource::new(dataset, 10, 1).unwrap();
+        for level in [3, 5, 9] {
+            let tile = TileId::new(level, (1 << level) / 5, (1 << level) / 3);
+            group.bench_function(format!("{encoding:?}, level {level}"), |bencher| {
+                bencher.iter(|| source.load_colours(black_box(tile)).unwrap());
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, tiles, area, detail);
 criterion_main!(benches);

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use terrain_core::dataset::Shape;
 use terrain_core::prepare::{NoProgress, PrepareRequest, Progress, prepare};
 use terrain_tests::RasterFixture;
 
@@ -121,4 +122,31 @@ fn one_output_is_made_by_one_at_a_time() {
     prepare(&request, &again, &AtomicBool::new(false)).unwrap();
     let refusals = again.1.into_inner().unwrap();
     assert!(refusals.len() > 2 && refusals.iter().all(|line| line.contains("already")));
+}
+
+#[test]
+fn a_globe_is_gone_on_with_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let around = RasterFixture {
+        tie: [-180.0, 90.0],
+        cell: [5.0, 5.0],
+        epsg: 4326,
+        ..RasterFixture::utm([72, 36], [0.0, 0.0], 5.0)
+    };
+    let heights: Vec<i16> = (0..72 * 36).map(|index| (index * 7919 % 613) as i16).collect();
+    around.write_i16(&folder.path().join("dem.tif"), &heights).unwrap();
+    around.write_rgb(&folder.path().join("dom.tif"), &[90; 3 * 72 * 36]).unwrap();
+    let globe = |out| PrepareRequest {
+        shape: Shape::Globe,
+        height_tile_texels: 32,
+        colour_tile_texels: 32,
+        ..request(folder.path(), out)
+    };
+    run_until_heights(&globe("resumed"));
+    assert!(folder.path().join(".resumed.resume/heights.finished").exists());
+    let phases = run_until_heights(&globe("resumed"));
+    assert!(!phases.iter().any(|phase| phase == "heights"), "{phases:?}");
+    let whole = PrepareRequest { is_resumable: false, ..globe("whole") };
+    prepare(&whole, &NoProgress, &AtomicBool::new(false)).unwrap();
+    assert_eq!(contents(&globe("resumed").out), contents(&whole.out));
 }

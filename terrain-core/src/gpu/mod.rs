@@ -80,8 +80,8 @@ pub(crate) use globe::{
 pub use limit_surface_pass::{LimitGpuColour, LimitGpuPicture, LimitSurfacePass};
 pub(crate) use manage_tiles_pass::LayerDeliveries;
 pub(crate) use objects::{
-    ModelRun, ObjectBindings, ObjectBuffers, ObjectMaterial, ObjectPass, ObjectPassSettings,
-    ObjectRequestPass,
+    ModelRun, ObjectBindings, ObjectBuffers, ObjectDepthPass, ObjectMaterial, ObjectPass,
+    ObjectPassSettings, ObjectRequestPass,
 };
 pub(crate) use offscreen_target::read_texture;
 pub use offscreen_target::{OFFSCREEN_FORMAT, OffscreenTarget};
@@ -97,14 +97,12 @@ pub use precision_probe::{
     probe_native, probe_span,
 };
 pub(crate) use scene_meshes::{MeshScene, SceneMeshes};
-pub(crate) use shader_library::MAP_GROUND;
+pub(crate) use shader_library::{MAP_GROUND, MAP_OBJECTS};
 pub(crate) use terrain_cache::TerrainCache;
 pub(crate) use terrain_pass::{TerrainPass, TerrainPassSettings};
 #[cfg(test)]
-pub(crate) use texture_map::MipRange;
-pub(crate) use texture_map::{
-    DepthPyramid, GroundDepthPass, GroundTriangles, MapBindings, TextureMapPass, TextureMapUniforms,
-};
+pub(crate) use texture_map::{DepthPyramid, MipRange, TextureMapUniforms};
+pub(crate) use texture_map::{GroundDepthPass, MapScene, ObjectRanges, SceneMap, ground_triangles};
 pub(crate) use tile_management::TileManagement;
 pub(crate) use tile_report::TileReport;
 pub(crate) use tile_report_ring::TileReportRing;

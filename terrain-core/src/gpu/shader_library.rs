@@ -69,7 +69,7 @@ pub static GATHER_PAGES: Shader = shader!("gather_pages", "page_table", "page_ma
 pub static SAMPLE_PAGES: Shader = shader!("sample_pages");
 /// The ground's triangles, laid into the texture map.
 pub static MAP_GROUND: Shader = shader!(
-    "map_triangles",
+    "map_ground",
     "frame",
     "tile_lookup",
     "mesh",
@@ -78,7 +78,18 @@ pub static MAP_GROUND: Shader = shader!(
     "page_marks",
     "page_ground",
     "texture_map",
-    "map_ground"
+    "map_triangles"
+);
+/// The triangles of models, laid into the map of their texture.
+pub static MAP_OBJECTS: Shader = shader!(
+    "map_objects",
+    "frame",
+    "page_table",
+    "page_request",
+    "page_marks",
+    "object",
+    "texture_map",
+    "map_triangles"
 );
 /// The farthest depth of a mip's texels, for the next mip.
 pub static HALVE_DEPTH: Shader = shader!("halve_depth");
@@ -223,7 +234,7 @@ pub static PRECISION_NATIVE_F64: Shader = shader!("precision_native", "real_f64"
 pub static PRECISION_NATIVE_F16: Shader = shader!("precision_native", "real_f16");
 
 /// Every shader of the library that needs no optional feature, for tests that look at all of them.
-pub static ALL: [&Shader; 44] = [
+pub static ALL: [&Shader; 45] = [
     &DISPLACE,
     &SORT_TRIANGLES,
     &TERRAIN,
@@ -231,6 +242,7 @@ pub static ALL: [&Shader; 44] = [
     &PAGE_REQUESTS,
     &GATHER_PAGES,
     &MAP_GROUND,
+    &MAP_OBJECTS,
     &HALVE_DEPTH,
     &SAMPLE_PAGES,
     &PAGE_PROBE,

@@ -47,7 +47,7 @@ enum ToSource {
     /// around the globe's edges.
     Degrees,
     /// By way of the two systems' definitions.
-    Transform(CoordinateTransform),
+    Transform(Box<CoordinateTransform>),
 }
 
 /// Columns resampled together: wide enough to pay for its window, narrow enough to spread over
@@ -274,7 +274,7 @@ impl ToSource {
         if crs.epsg() == PlateCarree::EPSG && has_degrees_of_wgs84(source) {
             return Self::Degrees;
         }
-        Self::Transform(CoordinateTransform::new(crs, source))
+        Self::Transform(Box::new(CoordinateTransform::new(crs, source)))
     }
 
     fn apply(&self, position: DVec2) -> Option<DVec2> {

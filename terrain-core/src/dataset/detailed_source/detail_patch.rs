@@ -17,7 +17,7 @@ const TEXELS_A_CELL: f64 = 1.73;
 const NOISE_GAIN: f32 = 4.3;
 /// How strong the first octave of noise is, in parts of the light and of the roughness, and each further one in parts
 /// of that before it.
-const STRENGTH: f32 = 0.55;
+const STRENGTH: f32 = 0.4;
 const PERSISTENCE: f32 = 0.8;
 
 /// A part of a level of imagery in linear light.
@@ -160,37 +160,50 @@ fn centred(quad: [[f32; 2]; 2]) -> [[f32; 2]; 2] {
     quad.map(|line| line.map(|noise| NOISE_GAIN * (noise - mean)))
 }
 
-/// The four texels under one, by rows.
+/// The four texels under one, by rows. Colours are scaled alike in all parts, so that none turns to another.
 fn divided(
     texel: &DetailTexel,
-    [east, south, both]: [DetailTexel; 3],
+    slopes: [DetailTexel; 3],
     noise: [[f32; 2]; 2],
     strength: f32,
 ) -> [[DetailTexel; 2]; 2] {
-    let mut four = [[*texel; 2]; 2];
-    for part in 0..texel.len() {
-        let value = texel[part];
+    let noise_here = strength * texel[ROUGHNESS];
+    let steps: [_; 4] = std::array::from_fn(|part| {
         // Roughness itself has none.
-        let noise_here = if part == ROUGHNESS { 0.0 } else { strength * texel[ROUGHNESS] * value };
-        let mut steps = [[0.0; 2]; 2];
-        let (mut least, mut most) = (0.0_f32, 0.0_f32);
-        for (down, line) in steps.iter_mut().enumerate() {
-            for (right, step) in line.iter_mut().enumerate() {
-                let (x, y) = ([-1.0, 1.0][right], [-1.0, 1.0][down]);
-                let smooth = x * east[part] + y * (south[part] + x * both[part]);
-                *step = smooth + noise_here * noise[down][right];
-                least = least.min(*step);
-                most = most.max(*step);
-            }
-        }
-        let below = if least < -value { value / -least } else { 1.0 };
-        let above = if most > 1.0 - value { (1.0 - value) / most } else { 1.0 };
-        let scale = below.min(above);
+        let noise_here = if part == ROUGHNESS { 0.0 } else { noise_here * texel[part] };
+        steps_of(slopes.map(|slope| slope[part]), noise, noise_here)
+    });
+    let rooms: [f32; 4] = std::array::from_fn(|part| room(texel[part], &steps[part]));
+    let colour_room = rooms[..ROUGHNESS].iter().copied().fold(1.0, f32::min);
+    let mut four = [[*texel; 2]; 2];
+    for (part, steps) in steps.iter().enumerate() {
+        let scale = if part == ROUGHNESS { rooms[part] } else { colour_room };
         for (line, steps) in four.iter_mut().zip(steps) {
             for (child, step) in line.iter_mut().zip(steps) {
-                child[part] = value + scale * step;
+                child[part] = texel[part] + scale * step;
             }
         }
     }
     four
+}
+
+/// What the four texels under one are above it, by rows.
+fn steps_of([east, south, both]: [f32; 3], noise: [[f32; 2]; 2], noise_here: f32) -> [[f32; 2]; 2] {
+    let step = |x: f32, y: f32, noise: f32| x * east + y * (south + x * both) + noise_here * noise;
+    [
+        [step(-1.0, -1.0, noise[0][0]), step(1.0, -1.0, noise[0][1])],
+        [step(-1.0, 1.0, noise[1][0]), step(1.0, 1.0, noise[1][1])],
+    ]
+}
+
+/// How much of the steps from a value can be gone within 0..=1, at the most all of them.
+fn room(value: f32, steps: &[[f32; 2]; 2]) -> f32 {
+    let (mut least, mut most) = (0.0_f32, 0.0_f32);
+    for step in steps.as_flattened() {
+        least = least.min(*step);
+        most = most.max(*step);
+    }
+    let below = if least < -value { value / -least } else { 1.0 };
+    let above = if most > 1.0 - value { (1.0 - value) / most } else { 1.0 };
+    below.min(above)
 }

@@ -1,7 +1,7 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::detail_patch::{DetailPatch, DetailTexel, ROUGHNESS};
+use super::detail_patch::{DetailPatch, ROUGHNESS};
 use super::texel_grid::{TexelGrid, TexelWindow};
 use crate::dataset::{LoadError, TileSource};
 use crate::srgb::LINEAR_FROM_CODE;
@@ -14,8 +14,15 @@ const MOST_KEPT: usize = 12;
 const SPREAD_TEXELS: usize = 4;
 /// Light so dark that contrasts in it are of no account.
 const DARK: f32 = 0.02;
-/// Contrast that counts as none: noise and the rounding of codes.
-const LEAST_CONTRAST: f32 = 0.012;
+/// Contrast up to which ground is smooth, be it beside the roughest: the noise of pictures and the rounding of codes.
+/// So the sea is smooth up to the shore.
+const SMOOTH_CONTRAST: f32 = 0.006;
+/// From so much more on it is as rough as what is round it.
+const ROUGH_CONTRAST: f32 = 0.02;
+/// Contrast that counts at the most: an edge is not rough.
+const MOST_CONTRAST: f32 = 0.35;
+/// Texels to either side over which the roughness of ground is averaged.
+const REACH: usize = 3;
 
 /// Where there is imagery: 255 a texel of a window, 0 where not.
 pub struct Coverage {
@@ -61,21 +68,24 @@ impl RealTexels {
         window: TexelWindow,
         source: &dyn TileSource,
     ) -> Result<(DetailPatch, Coverage), LoadError> {
-        let around = window.grown(1);
+        let around = window.grown(REACH + 1);
         let mut rgba = self.gather(around, source)?;
-        let coverage = Coverage { window, values: inner(around, |at| rgba[at][3]) };
+        let coverage = Coverage { window, values: inner(around, REACH + 1, |at| rgba[at][3]) };
         spread(&mut rgba, around.width);
         let light = |code: u8| LINEAR_FROM_CODE[usize::from(code)];
         let luminance: Vec<f32> = rgba
             .iter()
             .map(|&[r, g, b, _]| 0.2126 * light(r) + 0.7152 * light(g) + 0.0722 * light(b))
             .collect();
-        let texels = inner(around, |at| {
+        let contrasts = inner(around, 1, |at| contrast(&luminance, at, around.width));
+        let roughness = roughness(&contrasts, window.grown(REACH));
+        let mut texels = inner(around, REACH + 1, |at| {
             let [r, g, b, _] = rgba[at];
-            let mut texel: DetailTexel = [light(r), light(g), light(b), 0.0];
-            texel[ROUGHNESS] = roughness(&luminance, at, around.width);
-            texel
+            [light(r), light(g), light(b), 0.0]
         });
+        for (texel, roughness) in texels.iter_mut().zip(roughness) {
+            texel[ROUGHNESS] = roughness;
+        }
         Ok((DetailPatch { window, texels }, coverage))
     }
 
@@ -137,19 +147,40 @@ impl RealTexels {
     }
 }
 
-/// What `value` makes of the indices of a window's texels, its outermost ones left out.
-fn inner<T>(window: TexelWindow, value: impl Fn(usize) -> T) -> Vec<T> {
+/// What `value` makes of the indices of a window's texels, those of its margin left out.
+fn inner<T>(window: TexelWindow, margin: usize, value: impl Fn(usize) -> T) -> Vec<T> {
     let (width, height) = (window.width, window.height);
-    (1..height - 1)
-        .flat_map(|row| (1..width - 1).map(move |column| row * width + column))
+    (margin..height - margin)
+        .flat_map(|row| (margin..width - margin).map(move |column| row * width + column))
         .map(value)
         .collect()
 }
 
+/// How rough the ground is round each texel of a window but those of its margin, of the contrasts in the window: their
+/// mean over a square, and 0 where the texel itself has none.
+fn roughness(contrasts: &[f32], window: TexelWindow) -> Vec<f32> {
+    let width = window.width;
+    let counted: Vec<f32> = contrasts.iter().map(|contrast| contrast.min(MOST_CONTRAST)).collect();
+    let along = |values: &[f32], at: usize, step: usize| {
+        let pairs = (1..=REACH).map(|away| values[at - away * step] + values[at + away * step]);
+        pairs.sum::<f32>() + values[at]
+    };
+    let by_rows = (0..window.len()).map(|at| match at % width {
+        column if column < REACH || column + REACH >= width => 0.0,
+        _ => along(&counted, at, 1),
+    });
+    let by_rows: Vec<f32> = by_rows.collect();
+    let area = ((2 * REACH + 1) * (2 * REACH + 1)) as f32;
+    inner(window, REACH, |at| {
+        let own = ((contrasts[at] - SMOOTH_CONTRAST) / ROUGH_CONTRAST).clamp(0.0, 1.0);
+        own * along(&by_rows, at, width) / area
+    })
+}
+
 /// How much the light varies round a texel: its deviation over nine texels, in parts of their mean.
 ///
-/// Sums are taken so that mirrored windows give the same to the bit.
-fn roughness(luminance: &[f32], at: usize, width: usize) -> f32 {
+/// Sums are taken so that mirrored windows give the same to the bit; so they are in [`roughness`].
+fn contrast(luminance: &[f32], at: usize, width: usize) -> f32 {
     let over_nine = |value: &dyn Fn(f32) -> f32| {
         let line = |at: usize| {
             let [west, middle, east] = [at - 1, at, at + 1].map(|at| value(luminance[at]));
@@ -159,7 +190,7 @@ fn roughness(luminance: &[f32], at: usize, width: usize) -> f32 {
     };
     let mean = over_nine(&|light| light);
     let deviation = over_nine(&|light| (light - mean) * (light - mean)).sqrt();
-    (deviation / (mean + DARK) - LEAST_CONTRAST).clamp(0.0, 1.0)
+    deviation / (mean + DARK)
 }
 
 /// Lends colours to texels that nothing covers, from those beside them.

@@ -3,5 +3,7 @@
 mod object_buffers;
 mod object_pass;
 
-pub(crate) use object_buffers::{ModelRun, ObjectBuffers, ObjectMaterial};
-pub(crate) use object_pass::{ObjectBindings, ObjectPass, ObjectPassSettings, ObjectRequestPass};
+pub(crate) use object_buffers::{ModelRun, ObjectBuffers, ObjectMaterial, ObjectRange};
+pub(crate) use object_pass::{
+    ObjectBindings, ObjectDepthPass, ObjectPass, ObjectPassSettings, ObjectRequestPass,
+};

@@ -57,10 +57,23 @@ pub(crate) struct ModelRun {
     pub count: u32,
 }
 
+/// The `ObjectRange` of `map_objects.wgsl`, where the members are explained.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub(crate) struct ObjectRange {
+    pub first_number: u32,
+    pub triangles: u32,
+    pub first_index: u32,
+    pub base_vertex: u32,
+    pub instance: u32,
+    pub single_sided: u32,
+}
+
 /// The triangles, materials and instances of all models: group 3 of the passes that draw them.
 pub(crate) struct ObjectBuffers {
     pub layout: wgpu::BindGroupLayout,
     pub group: wgpu::BindGroup,
+    materials: wgpu::Buffer,
     vertices: wgpu::Buffer,
     indices: wgpu::Buffer,
     instances: wgpu::Buffer,
@@ -132,6 +145,7 @@ impl ObjectBuffers {
             sent_bytes: vertices.size() + indices.size() + materials.size(),
             layout,
             group,
+            materials,
             vertices,
             indices,
             instances,
@@ -169,6 +183,34 @@ impl ObjectBuffers {
             layout(vertex_bytes, wgpu::VertexStepMode::Vertex, &VERTEX),
             layout(Self::INSTANCE_BYTES, wgpu::VertexStepMode::Instance, &INSTANCE),
         ]
+    }
+
+    /// The materials, vertices, indices and instances, to be read as storage.
+    pub fn storage(&self) -> [&wgpu::Buffer; 4] {
+        [&self.materials, &self.vertices, &self.indices, &self.instances]
+    }
+
+    /// Where the triangles of each instance lie.
+    pub fn ranges(&self, runs: &[ModelRun]) -> Vec<ObjectRange> {
+        let mut first_number = 0;
+        let instances = runs.iter().flat_map(|run| {
+            let range = self.models[run.model];
+            (run.first..run.first + run.count).map(move |instance| (range, instance))
+        });
+        let range = |(range, instance): (ModelRange, u32)| {
+            let triangles = (range.indices[0] + range.indices[1]) / 3;
+            let found = ObjectRange {
+                first_number,
+                triangles,
+                first_index: range.first_index,
+                base_vertex: range.base_vertex as u32,
+                instance,
+                single_sided: range.indices[0] / 3,
+            };
+            first_number += triangles;
+            found
+        };
+        instances.map(range).collect()
     }
 
     /// Draws triangles of the instances: those whose back is not drawn (0) or those seen from both sides (1).

@@ -5,6 +5,7 @@ use crate::gpu::ground_pipeline::{flag, polygon_mode};
 use crate::gpu::page_table::{PageBindings, RequestImage};
 use crate::gpu::picture::TargetKind;
 use crate::gpu::shader_library::{OBJECT_REQUESTS, OBJECTS, Shader};
+use crate::gpu::texture_map::DepthPyramid;
 use crate::renderer_settings::DebugView;
 
 /// What models are drawn with: groups 0, 2 and 3.
@@ -88,6 +89,35 @@ impl ObjectRequestPass {
                 entries: ("request_vertex", "request_fragment"),
                 target: TargetKind { format: RequestImage::FORMAT, samples: 1 },
                 constants: &[("ANISOTROPY", f64::from(anisotropy))],
+                polygon_mode: wgpu::PolygonMode::Fill,
+            },
+        ))
+    }
+
+    /// Draws the instances.
+    pub fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        bindings: ObjectBindings<'_>,
+        runs: &[ModelRun],
+    ) {
+        self.0.draw(pass, bindings, runs);
+    }
+}
+
+/// Draws the depth of models that hide what lies behind them.
+pub(crate) struct ObjectDepthPass(Sides);
+
+impl ObjectDepthPass {
+    pub fn new(device: &wgpu::Device, bindings: ObjectBindings<'_>) -> Self {
+        Self(Sides::new(
+            device,
+            bindings,
+            &Drawing {
+                shader: &OBJECT_REQUESTS,
+                entries: ("request_vertex", "depth_fragment"),
+                target: TargetKind { format: DepthPyramid::FORMAT, samples: 1 },
+                constants: &[],
                 polygon_mode: wgpu::PolygonMode::Fill,
             },
         ))

@@ -14,7 +14,8 @@ pub(crate) struct TextureMapUniforms {
     pub cell_texels: u32,
     pub cells_per_page_log2: u32,
     pub viewport_px: [f32; 2],
-    pub padding: [f32; 2],
+    pub ranges: u32,
+    pub padding: u32,
 }
 
 impl TextureMapUniforms {
@@ -24,9 +25,9 @@ impl TextureMapUniforms {
     /// would only draw more of them.
     const MOST_HALVINGS: u32 = 2;
 
-    /// Of the map of a texture cut as `layout` says, for a picture of this size: as many cells as may be, and whole
-    /// texels to a cell.
-    pub fn new(layout: &PageLayout, viewport_px: [u32; 2]) -> Self {
+    /// Of the map of a texture cut as `layout` says, for a picture of this size and so many ranges of triangles: as
+    /// many cells as may be, and whole texels to a cell.
+    pub fn new(layout: &PageLayout, viewport_px: [u32; 2], ranges: u32) -> Self {
         let longest = layout.columns.max(layout.rows);
         let fits = |halvings: &u32| {
             longest << halvings <= Self::MOST_CELLS
@@ -38,7 +39,8 @@ impl TextureMapUniforms {
             cell_texels: layout.tile_size_texels >> halvings,
             cells_per_page_log2: halvings,
             viewport_px: viewport_px.map(|px| px as f32),
-            padding: [0.0; 2],
+            ranges,
+            padding: 0,
         }
     }
 }

@@ -5,9 +5,14 @@
 mod depth_pyramid;
 mod ground_triangles;
 mod map_pass;
+mod object_triangles;
+mod scene_map;
 
 pub(crate) use depth_pyramid::DepthPyramid;
 #[cfg(test)]
 pub(crate) use depth_pyramid::MipRange;
-pub(crate) use ground_triangles::{GroundDepthPass, GroundTriangles};
-pub(crate) use map_pass::{MapBindings, TextureMapPass, TextureMapUniforms};
+pub(crate) use ground_triangles::{GroundDepthPass, ground_triangles};
+#[cfg(test)]
+pub(crate) use map_pass::TextureMapUniforms;
+pub(crate) use object_triangles::ObjectRanges;
+pub(crate) use scene_map::{MapScene, SceneMap};

@@ -181,7 +181,7 @@ fn structs_of_the_page_table_have_the_same_members_offsets_and_sizes() {
     let size = size_of::<PageGround>() as u32;
     assert_eq!(wgsl_layout(&PAGE_TERRAIN, "PageGround"), (ground, size));
     let map = offsets!(TextureMapUniforms: cells, cell_texels, cells_per_page_log2, viewport_px,
-        padding);
+        ranges, padding);
     let size = size_of::<TextureMapUniforms>() as u32;
     assert_eq!(wgsl_layout(&MAP_GROUND, "TextureMap"), (map, size));
     let size = 2 * size_of::<MipRange>() as u32;

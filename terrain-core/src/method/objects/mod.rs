@@ -3,6 +3,7 @@
 //!
 //! A frame calls the steps in the order they stand here, each after the ground's own.
 
+mod object_map;
 mod standing;
 
 use std::sync::Arc;
@@ -10,6 +11,7 @@ use std::time::Duration;
 
 use glam::{DVec2, Vec4};
 
+use self::object_map::ObjectMap;
 use self::standing::StandingModels;
 use super::paged_texture::{PagedSource, PagedTexture};
 use super::{FrameContext, ImageState, Moved, SceneState};
@@ -23,7 +25,7 @@ use crate::gpu::{
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::RendererSettings;
 use crate::residency::Loading;
-use crate::selection::TileTree;
+use crate::selection::{Strategy, TileTree};
 use crate::surface::models::{Model, ModelScene, TexturePack};
 use crate::terrain_renderer::RenderError;
 use crate::tiling::TileSet;
@@ -40,6 +42,8 @@ pub(crate) struct Objects {
     runs: Vec<ModelRun>,
     triangles: u64,
     request_pass: Option<(u32, ObjectRequestPass)>,
+    /// What finds the pages instead, with the strategy of that name.
+    map: Option<ObjectMap>,
     /// The picture's pass, as long as no page fades in and while one does.
     passes: [Option<(ObjectPassSettings, ObjectPass)>; 2],
 }
@@ -87,6 +91,8 @@ impl Objects {
             runs: Vec::new(),
             triangles: 0,
             request_pass: None,
+            map: (own.strategy == Strategy::TextureMap)
+                .then(|| ObjectMap::new(&gpu.device, scene.instances.len())),
             passes: [None, None],
         })
     }
@@ -166,6 +172,9 @@ impl Objects {
         if !self.texture.wants_image(&state) {
             return false;
         }
+        if self.map.is_some() {
+            return self.ask_map(cx, encoder, state, scene);
+        }
         let anisotropy = scene.settings.anisotropy;
         let request_pass = match self.request_pass.take() {
             Some((built_for, pass)) if built_for == anisotropy => pass,
@@ -242,6 +251,27 @@ impl Objects {
     /// The models.
     pub fn scene(&self) -> &Arc<ModelScene> {
         self.models.scene()
+    }
+
+    /// Has the texture map find the pages of a state, and asks for them.
+    fn ask_map(
+        &mut self,
+        cx: &mut FrameContext<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        state: ImageState,
+        scene: &SceneState,
+    ) -> bool {
+        let Self { texture, frame, buffers, runs, map: Some(map), .. } = self else {
+            return false;
+        };
+        let (gpu, mut sent) = (cx.gpu, 0);
+        let layout = texture.layout().clone();
+        let has_asked = texture.ask_marked(cx, encoder, state, |encoder, marks, pages| {
+            let bindings = ObjectBindings { frame, pages, objects: buffers };
+            sent = map.mark(gpu, encoder, scene, (bindings, runs), (&layout, marks));
+        });
+        cx.ledger.add(ByteCause::Uniform, sent);
+        has_asked
     }
 
     fn bindings(&self) -> ObjectBindings<'_> {

@@ -1,100 +1,56 @@
 //! The pages that plane ground needs, found by laying its triangles into a texture map.
 
 use crate::gpu::{
-    DepthPyramid, GpuContext, GroundDepthPass, GroundTriangles, MAP_GROUND, MapBindings,
-    PageGroundBindings, PageMarks, TextureMapPass, TextureMapUniforms,
+    GpuContext, GroundDepthPass, MAP_GROUND, MapScene, PageGroundBindings, PageMarks, SceneMap,
+    ground_triangles,
 };
 use crate::method::SceneState;
 use crate::method::drawn_tiles::DrawnTiles;
 use crate::renderer_settings::LookupMethod;
-use crate::residency::page_table::{FaceCulling, PageLayout};
+use crate::residency::page_table::PageLayout;
 
-/// The passes of the map and the scene's depth.
+/// The map, and the pass that draws the ground's depth.
 pub(super) struct GroundMap {
-    triangles: GroundTriangles,
-    /// For pictures of the latest one's size.
-    depth: Option<DepthPyramid>,
+    map: SceneMap,
+    /// With what decides how it is built: whether the lookup is linear, and whether there are voids.
     depth_pass: Option<((bool, bool), GroundDepthPass)>,
-    pass: Option<(MapPassKey, TextureMapPass)>,
-}
-
-/// What decides how the map's passes are built: where back faces are dropped, the most taps, and the most triangles
-/// there may be.
-type MapPassKey = (FaceCulling, u32, u32);
-
-/// What a map is made of, beside its scene.
-#[derive(Clone, Copy)]
-pub(super) struct MappedGround<'a> {
-    pub drawn: &'a DrawnTiles,
-    pub ground: PageGroundBindings<'a>,
-    pub layout: &'a PageLayout,
 }
 
 impl GroundMap {
     pub fn new(device: &wgpu::Device) -> Self {
-        Self { triangles: GroundTriangles::new(device), depth: None, depth_pass: None, pass: None }
+        let map = SceneMap::new(device, &MAP_GROUND, wgpu::BufferBindingType::Uniform);
+        Self { map, depth_pass: None }
     }
 
-    /// Records the marking of all pages that the scene shows; returns the bytes sent for it.
+    /// Records the marking of all pages that the ground of a scene shows; returns the bytes sent for it.
     pub fn mark(
         &mut self,
         gpu: &GpuContext,
         encoder: &mut wgpu::CommandEncoder,
         scene: &SceneState,
-        mapped: MappedGround<'_>,
-        marks: &PageMarks,
+        (drawn, ground): (&DrawnTiles, PageGroundBindings<'_>),
+        (layout, marks): (&PageLayout, &PageMarks),
     ) -> u64 {
-        let Some(mesh) = mapped.drawn.meshes.picture() else { return 0 };
-        let device = &gpu.device;
-        let uniforms = TextureMapUniforms::new(mapped.layout, scene.view.viewport_px);
-        let sent = self.triangles.set(&gpu.queue, &uniforms);
-        self.draw_depth(device, encoder, scene, mapped);
-        let Some(depth) = &self.depth else { return sent };
-        let (circular, buffers) = mesh.parts();
-        let group = self.triangles.bind(device, mapped.ground.ground, buffers, depth);
-        let bindings = MapBindings {
-            frame: &mapped.ground.frame.frame,
-            marks,
-            pages: mapped.ground.pages,
-            triangles: (&self.triangles.layout, &group),
-        };
-        let most_triangles = circular.indices.len() as u32 / 3;
-        let key = (scene.settings.face_culling, scene.settings.anisotropy, most_triangles);
-        let pass = match self.pass.take() {
-            Some((built_for, pass)) if built_for == key => pass,
-            _ => {
-                let how = (scene.settings.face_culling, scene.settings.anisotropy);
-                let over = (&MAP_GROUND, &bindings);
-                TextureMapPass::new(device, over, &uniforms, how, most_triangles)
-            }
-        };
-        pass.record(encoder, &bindings, &GroundTriangles::of_mesh(mesh.parts(), mesh.visible()));
-        self.pass = Some((key, pass));
-        sent
-    }
-
-    /// Records the scene's depth, as far as the ground makes it.
-    fn draw_depth(
-        &mut self,
-        device: &wgpu::Device,
-        encoder: &mut wgpu::CommandEncoder,
-        scene: &SceneState,
-        MappedGround { drawn, ground, .. }: MappedGround<'_>,
-    ) {
-        let size_px = scene.view.viewport_px;
-        let depth = match self.depth.take() {
-            Some(depth) if depth.size_px() == size_px => depth,
-            _ => DepthPyramid::new(device, size_px),
-        };
+        let Some(mesh) = drawn.meshes.picture() else { return 0 };
         let key = (scene.settings.lookup == LookupMethod::Linear, drawn.has_voids);
-        let pass = match self.depth_pass.take() {
+        let depth_pass = match self.depth_pass.take() {
             Some((built_for, pass)) if built_for == key => pass,
-            _ => GroundDepthPass::new(device, ground, key),
+            _ => GroundDepthPass::new(&gpu.device, ground, key),
         };
-        if let Some(mesh) = drawn.meshes.picture() {
-            depth.record(encoder, |target| pass.draw(target, ground, mesh.parts(), mesh.visible()));
-        }
-        self.depth = Some(depth);
-        self.depth_pass = Some((key, pass));
+        let map_scene = MapScene {
+            frame: &ground.frame.frame,
+            marks,
+            pages: ground.pages,
+            layout,
+            viewport_px: scene.view.viewport_px,
+            face_culling: scene.settings.face_culling,
+            anisotropy: scene.settings.anisotropy,
+        };
+        let triangles = ground_triangles(ground.ground, mesh);
+        let sent = self.map.mark(gpu, encoder, map_scene, &triangles, |pass| {
+            depth_pass.draw(pass, ground, mesh);
+        });
+        self.depth_pass = Some((key, depth_pass));
+        sent
     }
 }

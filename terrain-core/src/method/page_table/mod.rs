@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec2;
 
-use self::ground_map::{GroundMap, MappedGround};
+use self::ground_map::GroundMap;
 use self::heights::StreamedHeights;
 use super::drawn_tiles::DrawnTiles;
 use super::paged_texture::{PagedSource, PagedTexture};
@@ -283,9 +283,8 @@ impl PageTable {
         let (gpu, mut sent) = (cx.gpu, 0);
         let layout = imagery.layout().clone();
         let has_asked = imagery.ask_marked(cx, encoder, state, |encoder, marks, pages| {
-            let ground = PageGroundBindings { frame: &drawn.tiles.bindings, pages, ground };
-            let mapped = MappedGround { drawn, ground, layout: &layout };
-            sent = map.mark(gpu, encoder, scene, mapped, marks);
+            let bindings = PageGroundBindings { frame: &drawn.tiles.bindings, pages, ground };
+            sent = map.mark(gpu, encoder, scene, (drawn, bindings), (&layout, marks));
         });
         cx.ledger.add(ByteCause::Uniform, sent);
         has_asked

@@ -26,7 +26,7 @@ fn points(layout: &PageLayout) -> Vec<PageProbePoint> {
         places.iter_mut().step_by(3).for_each(|place| place.x = 4.0 * place.x - 1.5);
         // Whole turns, and beside the date line.
         places.iter_mut().step_by(5).for_each(|place| place.x = place.x.round());
-        places.iter_mut().step_by(7).for_each(|place| place.x = 1.0e-3 * place.x);
+        places.iter_mut().step_by(7).for_each(|place| place.x *= 1.0e-3);
     }
     let mut span = || {
         let length = (9.0 * random.unit() - 3.0).exp2();

@@ -1,10 +1,11 @@
-// Lays the ground's triangles into the texture map and marks the pages that its cells show.
+// Lays triangles into the texture map and marks the pages that its cells show.
 //
 // Conservative rasterisation in software, since hardware's may be absent: a triangle is drawn as the rectangle of
 // cells round it, and each cell asks whether the triangle reaches into it. So every cell a triangle touches is drawn
 // exactly once, however small the triangle is. (After Hasselgren, Akenine-Moeller and Ohlsson, "Conservative
 // Rasterization", 2005, whose second algorithm bounds by a rectangle as well.)
-// needs: common/frame.wgsl common/tile_lookup.wgsl common/mesh.wgsl common/page_table.wgsl common/page_request.wgsl common/page_marks.wgsl common/page_ground.wgsl common/texture_map.wgsl common/map_ground.wgsl
+// needs frame.wgsl page_table.wgsl page_request.wgsl page_marks.wgsl texture_map.wgsl, and map_triangle and
+// triangle_in_range of one kind of triangles
 
 // Where back faces are dropped: BY_COMPUTE, in a pass before; BY_VERTEX, when their rectangle is placed; BY_FRAGMENT,
 // in every cell.
@@ -88,12 +89,15 @@ fn mark_cell(in: MapVertex) -> @location(0) vec4<f32> {
     if BACK_FACES != BY_COMPUTE && BACK_FACES != BY_VERTEX {
         if !faces_eye(t) { return vec4<f32>(0.0); }
     }
-    let around = rect_of(t);
+    let around = corner_rect(t);
     let of_cell = rect_of_cell(t, cell, in.mip);
     if !reaches_into(t, of_cell) {
         return vec4<f32>(0.0);
     }
-    let rect = TexelRect(max(around.low, of_cell.low), min(around.high, of_cell.high));
+    var rect = around;
+    if !t.is_scattered {
+        rect = TexelRect(max(around.low, of_cell.low), min(around.high, of_cell.high));
+    }
     let whole = bounds_of(clip_of(t.a.relative_m), clip_of(t.b.relative_m), clip_of(t.c.relative_m));
     let bounds = bounds_in(t, whole, rect);
     if !may_show(bounds) {
@@ -101,7 +105,8 @@ fn mark_cell(in: MapVertex) -> @location(0) vec4<f32> {
     }
     let field = footprint_field(t, 0.5 * (around.low + around.high));
     let levels = (level_bounds(field, bounds, rect) + pages.request_bias) * f32(STEPS);
-    let coarsest_step = i32(pages.first_resident_level) * STEPS - 1;
+    let coarsest_asked = min(f32(pages.first_resident_level), t.coarsest_level + 1.0 + pages.request_bias);
+    let coarsest_step = i32(ceil(coarsest_asked * f32(STEPS))) - 1;
     // The mip was chosen no coarser than the finest level of all the triangle.
     let least = max(i32(in.mip) * STEPS, -STEPS_BELOW) - select(0, STEPS_BELOW, in.mip == 0u);
     let finest = clamp(floor(levels.x), f32(least), f32(coarsest_step) + 1.0);

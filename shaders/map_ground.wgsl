@@ -1,5 +1,5 @@
 // The displaced mesh as triangles for the texture map.
-// needs frame.wgsl tile_lookup.wgsl mesh.wgsl page_table.wgsl page_ground.wgsl
+// needs: common/frame.wgsl common/tile_lookup.wgsl common/mesh.wgsl common/page_table.wgsl common/page_request.wgsl common/page_marks.wgsl common/page_ground.wgsl common/texture_map.wgsl common/map_triangles.wgsl
 
 @group(3) @binding(1) var<storage, read> displaced_vertices: array<DisplacedVertex>;
 @group(3) @binding(2) var<storage, read> indices: array<u32>;
@@ -20,6 +20,10 @@ fn map_triangle(number: u32) -> MapTriangle {
         map_corner(indices[first]),
         map_corner(indices[first + 1u]),
         map_corner(indices[first + 2u]),
+        false,
+        vec2<f32>(0.0),
+        f32(pages.coarsest_level),
+        false,
     );
 }
 

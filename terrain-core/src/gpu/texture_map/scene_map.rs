@@ -1,0 +1,146 @@
+use super::depth_pyramid::DepthPyramid;
+use super::map_pass::{MapBindings, MapTriangles, TextureMapPass, TextureMapUniforms};
+use crate::gpu::GpuContext;
+use crate::gpu::frame_group::FrameGroup;
+use crate::gpu::page_table::{PageBindings, PageMarks};
+use crate::gpu::shader_library::Shader;
+use crate::residency::page_table::{FaceCulling, PageLayout};
+
+/// The texture map of one kind of triangles: its passes and the depth of its scene, made anew when what they are
+/// made for changes.
+pub(crate) struct SceneMap {
+    shader: &'static Shader,
+    layout: wgpu::BindGroupLayout,
+    uniforms: wgpu::Buffer,
+    written: Option<TextureMapUniforms>,
+    depth: Option<DepthPyramid>,
+    pass: Option<(PassKey, TextureMapPass)>,
+}
+
+/// What decides how the map's passes are built: the map itself, where back faces are dropped, the most taps, and the
+/// most triangles there may be.
+type PassKey = ([u32; 2], FaceCulling, u32, u32);
+
+/// What a map is drawn with beside its triangles.
+#[derive(Clone, Copy)]
+pub(crate) struct MapScene<'a> {
+    pub frame: &'a FrameGroup,
+    pub marks: &'a PageMarks,
+    pub pages: &'a PageBindings,
+    pub layout: &'a PageLayout,
+    pub viewport_px: [u32; 2],
+    pub face_culling: FaceCulling,
+    pub anisotropy: u32,
+}
+
+/// The triangles of a scene: bindings 0 to 4 of group 3 as the kind's shader names them, and how many there are.
+pub(crate) struct SceneTriangles<'a> {
+    pub buffers: [&'a wgpu::Buffer; 5],
+    pub triangles: MapTriangles,
+    /// The numbers of triangles are less than this.
+    pub most: u32,
+}
+
+impl SceneMap {
+    /// A map with the shader of a kind of triangles, whose binding 0 is of this type and whose others are storage.
+    pub fn new(
+        device: &wgpu::Device,
+        shader: &'static Shader,
+        first_binding: wgpu::BufferBindingType,
+    ) -> Self {
+        let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("texture map"),
+            size: size_of::<TextureMapUniforms>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let layout = group_layout(device, first_binding);
+        Self { shader, layout, uniforms, written: None, depth: None, pass: None }
+    }
+
+    /// Records the marking of all pages that the triangles show; `draw_depth` draws what may hide them. Returns the
+    /// bytes sent for it.
+    pub fn mark(
+        &mut self,
+        gpu: &GpuContext,
+        encoder: &mut wgpu::CommandEncoder,
+        scene: MapScene<'_>,
+        drawn: &SceneTriangles<'_>,
+        draw_depth: impl FnOnce(&mut wgpu::RenderPass<'_>),
+    ) -> u64 {
+        let device = &gpu.device;
+        let (size_px, ranges) = (scene.viewport_px, drawn.triangles.ranges);
+        let uniforms = TextureMapUniforms::new(scene.layout, size_px, ranges);
+        let sent = self.set_uniforms(&gpu.queue, &uniforms);
+        let depth = match self.depth.take() {
+            Some(depth) if depth.size_px() == size_px => depth,
+            _ => DepthPyramid::new(device, size_px),
+        };
+        depth.record(encoder, draw_depth);
+        let group = self.bind(device, drawn.buffers, &depth);
+        self.depth = Some(depth);
+        let MapScene { frame, marks, pages, face_culling, anisotropy, .. } = scene;
+        let bindings = MapBindings { frame, marks, pages, triangles: (&self.layout, &group) };
+        let key = (uniforms.cells, face_culling, anisotropy, drawn.most);
+        let pass = match self.pass.take() {
+            Some((built_for, pass)) if built_for == key => pass,
+            _ => {
+                let over = (self.shader, &bindings);
+                let how = (face_culling, anisotropy);
+                TextureMapPass::new(device, over, &uniforms, how, drawn.most)
+            }
+        };
+        pass.record(encoder, &bindings, &drawn.triangles);
+        self.pass = Some((key, pass));
+        sent
+    }
+
+    /// Writes the uniforms; returns the bytes sent, 0 where nothing changed.
+    fn set_uniforms(&mut self, queue: &wgpu::Queue, uniforms: &TextureMapUniforms) -> u64 {
+        if self.written.as_ref() == Some(uniforms) {
+            return 0;
+        }
+        queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(uniforms));
+        self.written = Some(*uniforms);
+        size_of::<TextureMapUniforms>() as u64
+    }
+
+    fn bind(
+        &self,
+        device: &wgpu::Device,
+        buffers: [&wgpu::Buffer; 5],
+        depth: &DepthPyramid,
+    ) -> wgpu::BindGroup {
+        let bound = (0..).zip(buffers.into_iter().chain([&self.uniforms, depth.farthest()]));
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("map triangles"),
+            layout: &self.layout,
+            entries: &bound
+                .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                    binding,
+                    resource: buffer.as_entire_binding(),
+                })
+                .collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// Five buffers of triangles, the map's uniforms, the scene's depth.
+fn group_layout(
+    device: &wgpu::Device,
+    first_binding: wgpu::BufferBindingType,
+) -> wgpu::BindGroupLayout {
+    let storage = wgpu::BufferBindingType::Storage { read_only: true };
+    let types = [first_binding, storage, storage, storage, storage];
+    let types = types.into_iter().chain([wgpu::BufferBindingType::Uniform, storage]);
+    let entries = (0..).zip(types).map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    });
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("map triangles"),
+        entries: &entries.collect::<Vec<_>>(),
+    })
+}
