@@ -21,8 +21,8 @@ fn globe_vertex(vertex: GlobeVertex) -> GroundVertex {
 
 @fragment
 fn globe_fragment(in: GroundVertex) -> @location(0) vec4<f32> {
-    let step_x_m = dpdx(in.relative_m);
-    let step_y_m = dpdy(in.relative_m);
+    let step_x_m = bounded_step(dpdx(in.relative_m), in.relative_m);
+    let step_y_m = bounded_step(dpdy(in.relative_m), in.relative_m);
     let point = globe_point(in.relative_m, in.height_m);
     let footprint = globe_footprint(point, step_x_m, step_y_m);
     var bare = tint_by_height(in.height_m - globe.eye_height_m);
