@@ -61,7 +61,6 @@ impl GlobePass {
                 ("HAS_COLOURS", flag(settings.has_colours)),
                 ("ANISOTROPY", f64::from(settings.anisotropy)),
                 ("FADES", flag(settings.fades)),
-                ("MULTISAMPLED", flag(settings.target.samples > 1)),
                 ("DEBUG_VIEW", f64::from(settings.debug_view.code())),
             ],
             polygon_mode: polygon_mode(device, settings.wireframe),
