@@ -1,5 +1,5 @@
 // Draws models with their textures through a page table, lit by their normals, seen through haze.
-// needs: common/frame.wgsl common/page_table.wgsl common/page_colour.wgsl common/object.wgsl common/atmosphere.wgsl common/ground_light.wgsl
+// needs: common/frame.wgsl common/page_table.wgsl common/page_colour.wgsl common/object.wgsl common/atmosphere.wgsl common/ground_light.wgsl common/page_debug.wgsl
 
 // Whether any material leaves parts out.
 override HAS_CUTOUTS: bool = true;
@@ -56,30 +56,12 @@ fn object_fragment(in: ObjectPoint, @builtin(front_facing) is_front: bool) -> @l
     if DEBUG_VIEW == DEBUG_OFF {
         return vec4<f32>(mix(frame.haze_colour, colour.rgb * lit, clear), 1.0);
     }
-    return debug_colour(material, colour.rgb, lit, clear, place, footprint);
-}
-
-// The picture with what the debug view shows; see page_terrain.wgsl. What has no texture stays as it is.
-fn debug_colour(
-    material: ObjectMaterial,
-    colour: vec3<f32>,
-    lit: f32,
-    clear: f32,
-    place: TexturePlace,
-    footprint: PageFootprint,
-) -> vec4<f32> {
     if DEBUG_VIEW == DEBUG_SLOPES {
         return vec4<f32>(mix(frame.haze_colour, vec3<f32>(lit * 0.6), clear), 1.0);
     }
+    // What has no texture stays as it is.
     if material.coarsest_level < 0.0 {
-        return vec4<f32>(colour * lit, 1.0);
+        return vec4<f32>(colour.rgb * lit, 1.0);
     }
-    let found = shown_page(place, footprint);
-    let hue = level_colour(pages.coarsest_level - found.level);
-    let shaded = mix(colour * lit, hue, select(0.0, 0.45, DEBUG_VIEW == DEBUG_LEVELS));
-    let within = place_in_page(place, found.level, found.page);
-    let step_texels = exp2(footprint.level) * level_scale(found.level);
-    let to_border = min(within, f32(pages.tile_texels) - within) / max(step_texels, 1.0e-6);
-    let border = 1.0 - smoothstep(0.5, 1.5, min(to_border.x, to_border.y));
-    return vec4<f32>(mix(shaded, hue, border), 1.0);
+    return vec4<f32>(with_pages(colour.rgb * lit, place, footprint, vec2<f32>(exp2(footprint.level))), 1.0);
 }

@@ -1,6 +1,6 @@
 // Draws the displaced mesh with imagery through a page table, lit by the slopes of the finest cached tile, seen
 // through haze.
-// needs: common/frame.wgsl common/tile_lookup.wgsl common/surface_sample.wgsl common/page_table.wgsl common/page_colour.wgsl common/page_ground.wgsl common/atmosphere.wgsl common/ground_light.wgsl common/ground_slopes.wgsl
+// needs: common/frame.wgsl common/tile_lookup.wgsl common/surface_sample.wgsl common/page_table.wgsl common/page_colour.wgsl common/page_ground.wgsl common/atmosphere.wgsl common/ground_light.wgsl common/ground_slopes.wgsl common/page_debug.wgsl
 
 override HAS_COLOURS: bool = true;
 // Whether there is ground without data, to be left out.
@@ -90,15 +90,7 @@ fn debug_colour(bare: vec3<f32>, lit: f32, pixel: Footprint, clear: f32) -> vec4
     if DEBUG_VIEW == DEBUG_SLOPES {
         return vec4<f32>(mix(frame.haze_colour, vec3<f32>(lit * 0.6), clear), 1.0);
     }
+    let pixel_texels = (abs(pixel.step_x_m) + abs(pixel.step_y_m)) * page_ground.texels_per_m;
     let place = ground_place(pixel.offset_m);
-    let wanted = floor(footprint_of(pixel).level + pages.lookup_bias);
-    let found = find_page(place, u32(clamp(wanted, 0.0, f32(pages.coarsest_level))));
-    // Tiles' levels count from the coarsest.
-    let hue = level_colour(pages.coarsest_level - found.level);
-    let shaded = mix(bare * lit, hue, select(0.0, 0.45, DEBUG_VIEW == DEBUG_LEVELS));
-    let step_texels = (abs(pixel.step_x_m) + abs(pixel.step_y_m)) * page_ground.texels_per_m * level_scale(found.level);
-    let within = place_in_page(place, found.level, found.page);
-    let to_border = min(within, f32(pages.tile_texels) - within) / max(step_texels, vec2<f32>(1.0e-6));
-    let border = 1.0 - smoothstep(0.5, 1.5, min(to_border.x, to_border.y));
-    return vec4<f32>(mix(shaded, hue, border), 1.0);
+    return vec4<f32>(with_pages(bare * lit, place, footprint_of(pixel), pixel_texels), 1.0);
 }

@@ -10,10 +10,10 @@ use terrain_core::geodesy::Geodetic;
 use terrain_core::gpu::{AdapterChoice, GpuContext, OFFSCREEN_FORMAT, OffscreenTarget};
 use terrain_core::measure::FrameRecord;
 use terrain_core::selection::Strategy;
-use terrain_core::surface::models::ModelScene;
 use terrain_core::{CameraView, NoProgress, Progress, RendererSettings, TerrainRenderer};
 
 use crate::output;
+use crate::scene_args::SceneObjects;
 
 /// Whether frames wait, and for what.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -69,12 +69,12 @@ impl Headless {
         Ok(Self { gpu, renderer, target, shape, has_begun: false })
     }
 
-    /// Draws models on the ground from the next frame on, or none.
+    /// Draws these beside the dataset from the next frame on.
     ///
     /// # Errors
     /// Where they cannot be drawn.
-    pub fn set_models(&mut self, models: Option<Arc<ModelScene>>) -> anyhow::Result<()> {
-        Ok(self.renderer.set_models(models)?)
+    pub fn add(&mut self, objects: &SceneObjects) -> anyhow::Result<()> {
+        Ok(objects.put_into(&mut self.renderer)?)
     }
 
     /// Draws a frame and waits for it; at [`Pace::Settled`] as many as it takes until nothing is missing.

@@ -29,6 +29,7 @@ use crate::method::{
 use crate::renderer_settings::RendererSettings;
 use crate::residency::page_table::PagesAsked;
 use crate::selection::{Selection, TileTree};
+use crate::surface::tin::TinGround;
 use crate::tiling::TileId;
 
 /// Draws a dataset, by the method that carries the settings' strategy out.
@@ -37,6 +38,8 @@ pub struct TerrainRenderer {
     source: Arc<dyn TileSource>,
     settings: RendererSettings,
     method: Box<dyn TerrainMethod>,
+    /// The ground, where it is a TIN instead of the source's heights.
+    tin: Option<Arc<TinGround>>,
     /// Models beside the ground, where there are any.
     objects: Option<Objects>,
     picture: Picture,
@@ -61,6 +64,16 @@ impl TerrainRenderer {
         source: Arc<dyn TileSource>,
         settings: RendererSettings,
     ) -> Result<Self, RenderError> {
+        Self::open(gpu, source, settings, None)
+    }
+
+    /// [`Self::new`] with the ground of a TIN, if there is one.
+    fn open(
+        gpu: Arc<GpuContext>,
+        source: Arc<dyn TileSource>,
+        settings: RendererSettings,
+        tin: Option<Arc<TinGround>>,
+    ) -> Result<Self, RenderError> {
         let settings = settings.for_adapter(gpu.is_software());
         let tree = TileTree::of_source(&*source);
         if !tree.heights.present.contains(TileId::ROOT) {
@@ -68,7 +81,7 @@ impl TerrainRenderer {
         }
         let mut ledger = FrameLedger::default();
         let mut cx = FrameContext { gpu: &gpu, settings: &settings, ledger: &mut ledger, frame: 0 };
-        let method = open_method(&mut cx, &source, tree)?;
+        let method = open_method(&mut cx, &source, tree, tin.as_ref())?;
         gpu.check()?;
         Ok(Self {
             timer: FrameTimer::new(&gpu.device, &gpu.queue),
@@ -77,6 +90,7 @@ impl TerrainRenderer {
             source,
             settings,
             method,
+            tin,
             objects: None,
             debug_images: None,
             ledger,
@@ -98,16 +112,9 @@ impl TerrainRenderer {
     /// [`RenderError`] where the caches cannot be made anew; the old settings then stay.
     pub fn set_settings(&mut self, settings: RendererSettings) -> Result<(), RenderError> {
         let settings = settings.for_adapter(self.gpu.is_software());
-        if MethodKey::of(&settings) != MethodKey::of(&self.settings) {
-            let (gpu, source) = (Arc::clone(&self.gpu), Arc::clone(&self.source));
-            let mut renewed = Self::new(gpu, source, settings)?;
-            renewed.frame = self.frame;
-            if let Some(scene) = self.models() {
-                renewed.set_models(Some(Arc::clone(scene)))?;
-            }
-            // What has moved since the last frame's record and what opening anew moved both count.
-            renewed.ledger.add_all(&self.ledger.totals());
-            *self = renewed;
+        let key = |settings| MethodKey::of(settings, self.tin.as_ref());
+        if key(&settings) != key(&self.settings) {
+            self.renew(settings, self.tin.clone())?;
         } else if settings != self.settings {
             self.settings = settings;
             self.method.reconsider();
@@ -115,6 +122,24 @@ impl TerrainRenderer {
                 objects.reconsider();
             }
         }
+        Ok(())
+    }
+
+    /// Begins anew with other settings or other ground; models stay.
+    fn renew(
+        &mut self,
+        settings: RendererSettings,
+        tin: Option<Arc<TinGround>>,
+    ) -> Result<(), RenderError> {
+        let (gpu, source) = (Arc::clone(&self.gpu), Arc::clone(&self.source));
+        let mut renewed = Self::open(gpu, source, settings, tin)?;
+        renewed.frame = self.frame;
+        if let Some(scene) = self.models() {
+            renewed.set_models(Some(Arc::clone(scene)))?;
+        }
+        // What has moved since the last frame's record and what opening anew moved both count.
+        renewed.ledger.add_all(&self.ledger.totals());
+        *self = renewed;
         Ok(())
     }
 

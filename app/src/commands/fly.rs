@@ -149,7 +149,7 @@ fn fly_in_window(args: &FlyArgs, adapter: &AdapterChoice, scene: Scene) -> anyho
     let plays_at_once = flight.is_some();
     let flight = flight.or_else(|| tour(&*source, &settings).ok());
     viewer::run(ViewerOptions {
-        models: args.scene.models(&*source)?,
+        objects: args.scene.open(&*source)?,
         source,
         title,
         adapter: adapter.clone(),
@@ -171,9 +171,9 @@ fn fly_headless(args: &FlyArgs, adapter: &AdapterChoice, scene: Scene) -> anyhow
     if let Some(path) = &args.record {
         flight.write(path)?;
     }
-    let models = args.scene.models(&*source)?;
+    let objects = args.scene.open(&*source)?;
     let mut headless = Headless::open(source, adapter, settings, args.size.0)?;
-    headless.set_models(models)?;
+    headless.add(&objects)?;
     let mut csv = args.csv.as_deref().map(CsvFile::create).transpose()?;
     if let Some(folder) = &args.out {
         let failed = || format!("{}: cannot make the folder", folder.display());

@@ -84,7 +84,7 @@ pub struct RenderArgs {
 
     /// Trace the exact picture on the CPU instead, from the full-resolution data, to tell how true a
     /// drawn one is; of the options on drawing only --exaggeration counts
-    #[arg(long, conflicts_with_all = ["settle", "frames", "json"])]
+    #[arg(long, conflicts_with_all = ["settle", "frames", "json", "models", "tin"])]
     reference: bool,
 
     /// Print what the frames did and cost, as JSON
@@ -147,9 +147,9 @@ fn draw(
     adapter: &AdapterChoice,
     settings: RendererSettings,
 ) -> anyhow::Result<Drawn> {
-    let models = args.scene.models(&*source)?;
+    let objects = args.scene.open(&*source)?;
     let mut headless = Headless::open(source, adapter, settings, args.size.0)?;
-    headless.set_models(models)?;
+    headless.add(&objects)?;
     let record = draw_frames(args, &mut headless, view)?;
     let rgba = headless.picture()?;
     let ground = match args.coordinates {

@@ -29,20 +29,20 @@ use terrain_core::dataset::TileSource;
 use terrain_core::gpu::AdapterChoice;
 use terrain_core::measure::Flight;
 use terrain_core::selection::Strategy;
-use terrain_core::surface::models::ModelScene;
 use winit::application::ApplicationHandler;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::WindowId;
 
+use crate::scene_args::SceneObjects;
 use window::TerrainWindow;
 
 /// What to open a window on.
 pub struct ViewerOptions {
     /// The terrain.
     pub source: Arc<dyn TileSource>,
-    /// What stands on it.
-    pub models: Option<Arc<ModelScene>>,
+    /// What stands on it, and other ground.
+    pub objects: SceneObjects,
     /// Its name for people.
     pub title: String,
     /// The adapter to draw with.

@@ -74,7 +74,7 @@ impl TerrainWindow {
         let ui = UiLayer::new(&gpu, &window, surface.format());
         let source = Arc::clone(&options.source);
         let mut renderer = TerrainRenderer::new(Arc::clone(&gpu), source, options.settings)?;
-        renderer.set_models(options.models.clone())?;
+        options.objects.put_into(&mut renderer)?;
         let controls = first_controls(options, surface.size_px());
         let choices = Choices::new(&options.settings, options.compare_with);
         let mut window = Self {

@@ -10,6 +10,7 @@ mod drawing;
 mod flights;
 mod globe;
 mod harness;
+mod models;
 mod precision;
 #[cfg(unix)]
 mod preparing;

@@ -89,6 +89,7 @@ pub use offset_table_buffer::{TileEntry, TilePlace, ToldFrom};
 pub(crate) use page_table::{
     PageAtlas, PageBindings, PageFeedbackRing, PageGround, PageGroundBindings, PageGroundGroup,
     PageGroundPass, PageGroundPassSettings, PageMarks, PageRequestPass, PageTableUniforms,
+    TinBindings, TinBuffers, TinPass, TinPassSettings, TinRequestPass,
 };
 pub(crate) use picture::{Picture, PictureTarget, TargetKind};
 pub use precision_depth_probe::probe_depth;

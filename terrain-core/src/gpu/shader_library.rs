@@ -51,7 +51,20 @@ pub static PAGE_TERRAIN: Shader = shader!(
     "page_ground",
     "atmosphere",
     "ground_light",
-    "ground_slopes"
+    "ground_slopes",
+    "page_debug"
+);
+/// Ground made of triangles with imagery through a page table.
+pub static PAGE_TIN: Shader = shader!(
+    "page_tin",
+    "frame",
+    "page_table",
+    "page_colour",
+    "page_request",
+    "page_ground",
+    "atmosphere",
+    "ground_light",
+    "page_debug"
 );
 /// What pages of a virtual texture each pixel asks for.
 pub static PAGE_REQUESTS: Shader = shader!(
@@ -103,7 +116,8 @@ pub static OBJECTS: Shader = shader!(
     "page_colour",
     "object",
     "atmosphere",
-    "ground_light"
+    "ground_light",
+    "page_debug"
 );
 /// What pages of their virtual texture the pixels of models ask for.
 pub static OBJECT_REQUESTS: Shader =
@@ -234,11 +248,12 @@ pub static PRECISION_NATIVE_F64: Shader = shader!("precision_native", "real_f64"
 pub static PRECISION_NATIVE_F16: Shader = shader!("precision_native", "real_f16");
 
 /// Every shader of the library that needs no optional feature, for tests that look at all of them.
-pub static ALL: [&Shader; 45] = [
+pub static ALL: [&Shader; 46] = [
     &DISPLACE,
     &SORT_TRIANGLES,
     &TERRAIN,
     &PAGE_TERRAIN,
+    &PAGE_TIN,
     &PAGE_REQUESTS,
     &GATHER_PAGES,
     &MAP_GROUND,

@@ -15,6 +15,7 @@ mod page_table;
 mod paged_texture;
 mod region_state;
 mod tile_scheduling;
+mod tin_ground;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -27,7 +28,9 @@ use self::globe::Globe;
 use self::gpu_tile_scheduling::GpuTileScheduling;
 pub(crate) use self::objects::{GroundBelow, Objects};
 use self::page_table::PageTable;
+use self::paged_texture::PagedTexture;
 use self::tile_scheduling::TileScheduling;
+use self::tin_ground::TinMethod;
 use crate::CameraView;
 use crate::dataset::{Shape, TileSource};
 use crate::gpu::{DebugImage, FrameGroup, GpuContext, TargetKind};
@@ -35,6 +38,7 @@ use crate::measure::{FrameLedger, FrameRecord};
 use crate::renderer_settings::RendererSettings;
 use crate::residency::page_table::PagesAsked;
 use crate::selection::{Selection, Strategy, TileTree};
+use crate::surface::tin::TinGround;
 use crate::terrain_renderer::RenderError;
 
 /// What the steps of a frame work with.
@@ -194,11 +198,14 @@ enum MethodKind {
     CpuMesh,
     Clipmap,
     PageTable,
+    Tin,
 }
 
 impl MethodKey {
-    pub fn of(settings: &RendererSettings) -> Self {
+    /// Where the ground is a TIN, one method draws it whatever the strategy.
+    pub fn of(settings: &RendererSettings, tin: Option<&Arc<TinGround>>) -> Self {
         let kind = match settings.strategy {
+            _ if tin.is_some() => MethodKind::Tin,
             Strategy::RttQuadtree | Strategy::CpuFrustum => MethodKind::TileScheduling,
             Strategy::RttQuadtreeGpu => MethodKind::GpuTileScheduling,
             Strategy::CpuMesh => MethodKind::CpuMesh,
@@ -210,6 +217,7 @@ impl MethodKey {
             MethodKind::GpuTileScheduling => GpuTileScheduling::made_for(settings),
             MethodKind::CpuMesh => CpuMesh::made_for(settings),
             MethodKind::PageTable => PageTable::made_for(settings),
+            MethodKind::Tin => PagedTexture::made_for(settings),
             // Whatever changes, it keeps what it has.
             MethodKind::Clipmap => RendererSettings::default(),
         };
@@ -217,7 +225,7 @@ impl MethodKey {
     }
 }
 
-/// Builds the method that carries the settings' strategy out. Loads level 0 of each layer before it
+/// Builds the method that carries the settings' strategy out, or draws the TIN where the ground is one. Loads level 0 of each layer before it
 /// returns.
 ///
 /// # Errors
@@ -226,13 +234,18 @@ pub(crate) fn open_method(
     cx: &mut FrameContext<'_>,
     source: &Arc<dyn TileSource>,
     tree: TileTree,
+    tin: Option<&Arc<TinGround>>,
 ) -> Result<Box<dyn TerrainMethod>, RenderError> {
-    match MethodKey::of(cx.settings).kind {
+    if let Some(tin) = tin {
+        return Ok(Box::new(TinMethod::open(cx, source, tree, tin)?));
+    }
+    match MethodKey::of(cx.settings, None).kind {
         MethodKind::TileScheduling => Ok(Box::new(TileScheduling::open(cx, source, tree)?)),
         MethodKind::GpuTileScheduling => Ok(Box::new(GpuTileScheduling::open(cx, source, tree)?)),
         MethodKind::CpuMesh => Ok(Box::new(CpuMesh::open(cx, source, tree)?)),
         MethodKind::Clipmap => Ok(Box::new(Clipmap::open(cx, source, tree)?)),
-        MethodKind::PageTable => match source.manifest().shape {
+        // Without a TIN, what comes nearest to one.
+        MethodKind::PageTable | MethodKind::Tin => match source.manifest().shape {
             Shape::Plane => Ok(Box::new(PageTable::open(cx, source, tree)?)),
             Shape::Globe => Ok(Box::new(Globe::open(cx, source, tree)?)),
         },

@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::TerrainRenderer;
 use crate::measure::FrameRecord;
 use crate::method::Moved;
+use crate::selection::Strategy;
 
 impl TerrainRenderer {
     /// Milliseconds the GPU took for the latest picture whose timestamps have come back: after a wait
@@ -17,7 +18,8 @@ impl TerrainRenderer {
 
     /// Fills in what the frame just recorded did, times left out.
     pub(super) fn describe(&mut self, record: &mut FrameRecord, moved: Moved) {
-        record.strategy = self.settings.strategy.to_string();
+        let strategy = self.tin.as_ref().map_or(self.settings.strategy, |_| Strategy::PageTable);
+        record.strategy = strategy.to_string();
         record.frame = self.frame;
         record.gpu_ms = self.timer.latest_ms();
         (record.tiles_new, record.tiles_evicted) = (moved.new, moved.evicted);

@@ -1,4 +1,5 @@
-//! Models in the frame, where there are any: each step follows the ground's own.
+//! What is drawn beside a dataset's own ground: models, each of whose steps follows the ground's own; and a TIN in
+//! its place.
 
 use std::sync::Arc;
 
@@ -7,6 +8,7 @@ use crate::CameraView;
 use crate::measure::{ByteCause, ByteTotals};
 use crate::method::{FrameContext, GroundBelow, Moved, Objects, SceneState};
 use crate::surface::models::ModelScene;
+use crate::surface::tin::TinGround;
 
 impl TerrainRenderer {
     /// Draws models beside the ground from the next frame on, or none. Whatever the strategy, they are drawn with
@@ -23,6 +25,20 @@ impl TerrainRenderer {
         // Whatever their version is, it is not what was drawn.
         self.drawn = None;
         Ok(())
+    }
+
+    /// Draws the ground of a TIN with the source's imagery, by a page table whatever the strategy, in place of the
+    /// source's heights; or of these again. Begins with empty caches.
+    ///
+    /// # Errors
+    /// [`RenderError`] where the caches cannot be made anew; what was drawn before stays.
+    pub fn set_tin(&mut self, tin: Option<Arc<TinGround>>) -> Result<(), RenderError> {
+        self.renew(self.settings, tin)
+    }
+
+    /// The ground drawn, where it is a TIN.
+    pub fn tin(&self) -> Option<&Arc<TinGround>> {
+        self.tin.as_ref()
     }
 
     /// The models drawn.
@@ -66,12 +82,15 @@ impl TerrainRenderer {
     }
 
     pub(super) fn set_up_models(&mut self, scene: &SceneState) {
-        let Self { gpu, settings, ledger, frame, method, objects: Some(objects), .. } = self else {
+        let Self { gpu, source, settings, ledger, frame, method, objects: Some(objects), .. } =
+            self
+        else {
             return;
         };
         let mut cx = FrameContext { gpu, settings, ledger, frame: *frame };
         let ground = GroundBelow {
             tree: method.tree(),
+            shape: source.manifest().shape,
             version: method.data_version(),
             height_m: &|point| method.ground_height_m(point),
         };

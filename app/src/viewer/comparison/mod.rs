@@ -20,6 +20,7 @@ pub use self::layout::{Shares, Side};
 pub use self::overlay::Overlay;
 pub use self::section::ComparisonSection;
 use super::scene::Scene;
+use crate::scene_args::SceneObjects;
 
 /// How near to the divider the pointer takes hold of it, points.
 const GRIP_POINTS: f64 = 7.0;
@@ -81,7 +82,7 @@ impl Comparison {
             None => {
                 let (gpu, source) = (Arc::clone(gpu), Arc::clone(source));
                 let mut renderer = TerrainRenderer::new(gpu, source, settings)?;
-                renderer.set_models(first.renderer.models().cloned())?;
+                SceneObjects::of(&first.renderer).put_into(&mut renderer)?;
                 self.second = Some(Scene::new(renderer));
             }
         }

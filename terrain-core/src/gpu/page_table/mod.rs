@@ -11,6 +11,7 @@ mod page_ground;
 mod page_marks;
 mod request_image;
 mod sample_pass;
+mod tin_pass;
 
 pub(crate) use feedback::PageFeedbackRing;
 pub(crate) use ground_pass::{
@@ -21,8 +22,11 @@ pub(crate) use page_bindings::{PageBindings, PageTableUniforms};
 pub(crate) use page_ground::{PageGround, PageGroundGroup};
 pub(crate) use page_marks::PageMarks;
 pub(super) use request_image::RequestImage;
+pub(crate) use tin_pass::{TinBindings, TinBuffers, TinPass, TinPassSettings, TinRequestPass};
 
 #[cfg(test)]
 pub(super) use gather_pass::GatherPagesPass;
 #[cfg(test)]
 pub(super) use sample_pass::SamplePagesPass;
+#[cfg(test)]
+pub(super) use tin_pass::TinPlace;

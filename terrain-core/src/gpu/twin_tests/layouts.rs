@@ -13,7 +13,7 @@ use crate::gpu::limit_surface_pass::{CastPixel, LimitUniforms};
 use crate::gpu::manage_tiles_pass::{DeliveriesHead, ManageTilesPass, ManagedLayer, Slot};
 use crate::gpu::mesh_buffers::MeshBuffers;
 use crate::gpu::objects::{ObjectBuffers, ObjectMaterial};
-use crate::gpu::page_table::{GatherPagesPass, PageMarks, SamplePagesPass};
+use crate::gpu::page_table::{GatherPagesPass, PageMarks, SamplePagesPass, TinPlace};
 use crate::gpu::place_tiles_pass::{Ground, PlacedLayer};
 use crate::gpu::precision_probe::{Answer, Operands, Outcome, Results, Trial};
 use crate::gpu::seen_ground_buffer::SeenGroundBuffer;
@@ -21,7 +21,7 @@ use crate::gpu::select_tiles_pass::SelectTilesPass;
 use crate::gpu::shader_library::{
     ALL, BUILD_TILE_TABLE, CLIPMAP, CLIPMAP_HEIGHTS, DERIVE_HEIGHTS, DISPLACE, GATHER_PAGES,
     GLOBE_PROBE, HALVE_DEPTH, LIMIT_SURFACE, MANAGE_TILES, MAP_GROUND, MARK_SEEN_TILES,
-    MERGE_TILES, OBJECTS, PAGE_PROBE, PAGE_TERRAIN, PLACE_TILES, PRECISION_ENCODINGS,
+    MERGE_TILES, OBJECTS, PAGE_PROBE, PAGE_TERRAIN, PAGE_TIN, PLACE_TILES, PRECISION_ENCODINGS,
     PRECISION_FLOATS, PRECISION_SPAN, REDUCE_REGION, SAMPLE_PAGES, SUBDIVIDE_TILES, Shader,
     TERRAIN, WITH_OTHER_FLOATS,
 };
@@ -245,6 +245,8 @@ fn structs_of_the_models_have_the_same_members_offsets_and_sizes() {
         coarsest_level, alpha_cutoff);
     let size = size_of::<ObjectMaterial>() as u32;
     assert_eq!(wgsl_layout(&OBJECTS, "ObjectMaterial"), (material, size));
+    let place = offsets!(TinPlace: origin_from_eye_m, padding);
+    assert_eq!(wgsl_layout(&PAGE_TIN, "TinPlace"), (place, size_of::<TinPlace>() as u32));
     for (name, mode) in [("WRAP_MIRROR", WrapMode::Mirror), ("WRAP_CLAMP", WrapMode::Clamp)] {
         assert_eq!(wgsl_constant(&OBJECTS, name), naga::Literal::U32(mode.code()), "{name}");
     }

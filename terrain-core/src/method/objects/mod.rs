@@ -16,7 +16,7 @@ use self::standing::StandingModels;
 use super::paged_texture::{PagedSource, PagedTexture};
 use super::{FrameContext, ImageState, Moved, SceneState};
 use crate::CameraView;
-use crate::dataset::{ColourFormat, Loaded};
+use crate::dataset::{ColourFormat, Loaded, Shape};
 use crate::frame_setup::frame_uniforms;
 use crate::gpu::{
     FrameGroup, ModelRun, ObjectBindings, ObjectBuffers, ObjectMaterial, ObjectPass,
@@ -51,6 +51,8 @@ pub(crate) struct Objects {
 /// The ground that models stand on.
 pub(crate) struct GroundBelow<'a> {
     pub tree: &'a TileTree,
+    /// What it lies on.
+    pub shape: Shape,
     /// Counts the changes of the heights.
     pub version: u64,
     /// True height of the ground in metres at a place of the CRS.
@@ -150,12 +152,12 @@ impl Objects {
         let mut rows: Vec<[Vec4; 3]> = Vec::new();
         self.runs.clear();
         self.triangles = 0;
-        for (model, pose) in self.models.in_view(&scene.view) {
+        for (model, pose) in self.models.in_view(&scene.view, ground.shape) {
             match self.runs.last_mut() {
                 Some(run) if run.model == model => run.count += 1,
                 _ => self.runs.push(ModelRun { model, first: rows.len() as u32, count: 1 }),
             }
-            rows.push(pose.relative_from_local(scene.view.eye));
+            rows.push(pose.rows());
             self.triangles += self.models.scene().models[model].triangle_count() as u64;
         }
         cx.ledger.add(ByteCause::Mesh, self.buffers.set_instances(&cx.gpu.queue, &rows));

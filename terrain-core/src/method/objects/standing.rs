@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::GroundBelow;
 use crate::CameraView;
-use crate::surface::models::{ModelPose, ModelScene};
+use crate::dataset::Shape;
+use crate::surface::models::{ModelPose, ModelScene, RelativePose};
 
 /// The instances of a scene and their poses, model by model.
 pub(super) struct StandingModels {
@@ -45,7 +46,8 @@ impl StandingModels {
         self.stands_on = Some(state);
         let pose = |&(model, index): &(usize, usize)| {
             let (instance, model) = (&self.scene.instances[index], &self.scene.models[model]);
-            let height_m = instance.origin_height_m(model, exaggeration, ground.height_m);
+            let how = (ground.shape, exaggeration);
+            let height_m = instance.origin_height_m(model, how, ground.height_m);
             ModelPose::new(instance, height_m)
         };
         let poses = self.order.iter().map(pose).collect::<Vec<_>>();
@@ -53,12 +55,17 @@ impl StandingModels {
         self.poses = poses;
     }
 
-    /// The model and the pose of each instance that the view may show, model by model.
-    pub fn in_view(&self, view: &CameraView) -> impl Iterator<Item = (usize, &ModelPose)> {
+    /// The model of each instance that the view may show and its pose as seen from there, model by model.
+    pub fn in_view(
+        &self,
+        view: &CameraView,
+        shape: Shape,
+    ) -> impl Iterator<Item = (usize, RelativePose)> {
         let all = self.order.iter().zip(&self.poses);
-        all.map(|(&(model, _), pose)| (model, pose)).filter(move |&(model, pose)| {
-            let (centre, radius_m) = pose.bounding_sphere(&self.scene.models[model]);
-            view.may_see_sphere(centre, radius_m)
+        let seen = all.map(move |(&(model, _), pose)| (model, pose.relative_to(view.eye, shape)));
+        seen.filter(move |(model, pose)| {
+            let (from_eye_m, radius_m) = pose.bounding_sphere(&self.scene.models[*model]);
+            view.may_see_sphere(view.eye + from_eye_m, radius_m)
         })
     }
 }

@@ -129,6 +129,8 @@ impl Reader<'_> {
         let columns = node.transform().matrix().map(|column| column.map(f64::from));
         let file_from_node = file_from_parent * DMat4::from_cols_array_2d(&columns);
         if let Some(mesh) = node.mesh() {
+            let extras = || node.extras().as_ref().map(|extras| extras.get().to_owned());
+            self.model.extras = self.model.extras.take().or_else(extras);
             let placing = Placing::new(file_from_node);
             for primitive in mesh.primitives() {
                 self.add_primitive(&primitive, &placing).map_err(|reason| {

@@ -19,7 +19,7 @@ mod texture_pack;
 
 pub use error::{ModelError, SceneFileError};
 pub use model::{Model, ModelImage, ModelMaterial, ModelTexture, ModelVertex, WrapMode};
-pub use placement::{ModelInstance, ModelPose, Standing};
+pub use placement::{ModelInstance, ModelPose, RelativePose, Standing};
 pub use scene_file::ModelScene;
 pub use texture_pack::{PackedImage, TexturePack};
 

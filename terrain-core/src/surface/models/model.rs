@@ -33,6 +33,8 @@ pub struct Model {
     pub images: Vec<ModelImage>,
     /// Smallest and largest coordinates of all vertices, metres.
     pub bounds_m: [Vec3; 2],
+    /// What the first of its nodes with a mesh says besides, as JSON.
+    pub extras: Option<String>,
     /// What a reader should know: textures missing, triangles left out, features not drawn.
     pub notes: Vec<String>,
 }

@@ -1,6 +1,8 @@
 use glam::{DMat3, DVec2, DVec3, Vec3, Vec4, dvec2};
 
 use super::model::Model;
+use crate::dataset::Shape;
+use crate::geodesy::{Geodetic, PlateCarree, Wgs84};
 
 /// A model that stands somewhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,30 +55,62 @@ impl ModelPose {
         self.origin + self.linear * local_m.as_dvec3()
     }
 
-    /// The rows of the matrix that turns the model's points into metres relative to the eye; differences are taken
-    /// in f64.
-    pub fn relative_from_local(&self, eye: DVec3) -> [Vec4; 3] {
-        let from_eye_m = self.origin - eye;
-        [0, 1, 2].map(|axis| self.linear.row(axis).extend(from_eye_m[axis]).as_vec4())
+    /// The pose as seen from an eye: in metres along its own east, north and up. On a globe a model stands upright
+    /// where it is, and the eye's axes are others.
+    pub fn relative_to(&self, eye: DVec3, shape: Shape) -> RelativePose {
+        if shape == Shape::Plane {
+            let from_eye_m = self.origin - eye;
+            return RelativePose { linear: self.linear, from_eye_m, scale: self.scale };
+        }
+        let [place, eye] = [self.origin, eye].map(Geodetic::from_plate_carree);
+        let relative_from_ecef = eye.ecef_from_local().transpose();
+        let [at, from] = [place, eye].map(|place| Wgs84::ecef_from_geodetic(&place));
+        RelativePose {
+            linear: relative_from_ecef * place.ecef_from_local() * self.linear,
+            from_eye_m: relative_from_ecef * (at - from),
+            scale: self.scale,
+        }
+    }
+}
+
+/// Where an instance is as seen from an eye.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RelativePose {
+    /// The model's metres to metres along the eye's axes.
+    linear: DMat3,
+    from_eye_m: DVec3,
+    scale: f64,
+}
+
+impl RelativePose {
+    /// The rows of the matrix that turns the model's points into metres relative to the eye.
+    pub fn rows(&self) -> [Vec4; 3] {
+        [0, 1, 2].map(|axis| self.linear.row(axis).extend(self.from_eye_m[axis]).as_vec4())
     }
 
-    /// A sphere that holds the model: its centre in the world and its radius in metres.
+    /// A sphere that holds the model: its centre relative to the eye and its radius in metres.
     pub fn bounding_sphere(&self, model: &Model) -> (DVec3, f64) {
-        let [low, high] = model.bounds_m;
-        let radius_m = 0.5 * (high - low).as_dvec3().length() * self.scale;
-        (self.world_from_local(0.5 * low + 0.5 * high), radius_m)
+        let [low, high] = model.bounds_m.map(Vec3::as_dvec3);
+        let radius_m = 0.5 * (high - low).length() * self.scale;
+        (self.from_eye_m + self.linear * (0.5 * (low + high)), radius_m)
     }
 }
 
 impl ModelInstance {
     /// Points of the ground, three by three, under the rectangle that the model covers.
-    pub fn footprint(&self, model: &Model) -> [DVec2; 9] {
+    pub fn footprint(&self, model: &Model, shape: Shape) -> [DVec2; 9] {
         let pose = ModelPose::new(self, 0.0);
         let [low, high] = model.bounds_m.map(Vec3::as_dvec3);
+        let crs_per_m = match shape {
+            Shape::Plane => DVec2::ONE,
+            // Circles of latitude shrink towards the poles; how flat the earth is does not matter here.
+            Shape::Globe => dvec2((self.place.y / PlateCarree::RADIUS_M).cos().recip(), 1.0),
+        };
         std::array::from_fn(|index| {
             let part = dvec2((index % 3) as f64, (index / 3) as f64) * 0.5;
             let local = low.truncate() + part * (high - low).truncate();
-            pose.world_from_local(local.extend(0.0).as_vec3()).truncate()
+            let offset_m = pose.world_from_local(local.extend(0.0).as_vec3()) - pose.origin;
+            self.place + offset_m.truncate() * crs_per_m
         })
     }
 
@@ -86,13 +120,13 @@ impl ModelInstance {
     pub fn origin_height_m(
         &self,
         model: &Model,
-        exaggeration: f64,
+        (shape, exaggeration): (Shape, f64),
         ground_height_m: impl Fn(DVec2) -> Option<f64>,
     ) -> f64 {
         match self.standing {
             Standing::Height(height_m) => height_m * exaggeration,
             Standing::OnGround => {
-                let below = self.footprint(model).into_iter().filter_map(ground_height_m);
+                let below = self.footprint(model, shape).into_iter().filter_map(ground_height_m);
                 let lowest_m = below.reduce(f64::min).unwrap_or(0.0);
                 lowest_m * exaggeration - f64::from(model.bounds_m[0].z) * self.scale
             }

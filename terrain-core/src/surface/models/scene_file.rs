@@ -9,7 +9,8 @@ use serde::Deserialize;
 use super::error::SceneFileError;
 use super::model::Model;
 use super::placement::{ModelInstance, Standing};
-use crate::dataset::Crs;
+use crate::dataset::{Manifest, Shape};
+use crate::geodesy::PlateCarree;
 
 /// Models and where they stand.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -108,17 +109,28 @@ impl ModelScene {
         Ok(())
     }
 
-    /// Checks that the places are given in the dataset's own CRS.
+    /// Brings the places, as they stand in the file, into the coordinates of a dataset: longitudes and latitudes in
+    /// degrees where it is a globe, else its own CRS.
     ///
     /// # Errors
-    /// In words, where both name one and they differ.
-    pub fn check_crs(&self, crs: &Crs) -> Result<(), String> {
-        match (self.epsg, crs.epsg) {
-            (Some(theirs), Some(ours)) if theirs != ours => Err(format!(
-                "the models are placed in EPSG:{theirs}, the dataset is in EPSG:{ours}"
-            )),
-            _ => Ok(()),
+    /// In words, where the file names another CRS than that.
+    pub fn placed_on(mut self, manifest: &Manifest) -> Result<Self, String> {
+        const DEGREES: u32 = 4326;
+        let is_globe = manifest.shape == Shape::Globe;
+        let ours = if is_globe { Some(DEGREES) } else { manifest.crs.epsg };
+        if let (Some(theirs), Some(ours)) = (self.epsg, ours)
+            && theirs != ours
+        {
+            return Err(format!(
+                "the models are placed in EPSG:{theirs}, where places of the dataset are in EPSG:{ours}"
+            ));
         }
+        if is_globe {
+            for instance in &mut self.instances {
+                instance.place = PlateCarree::metres_from_degrees(instance.place);
+            }
+        }
+        Ok(self)
     }
 
     /// Triangles of all instances together.

@@ -5,7 +5,7 @@
 //! - [`tin_of_points`] joins scattered points, all of them; [`tin_of_points_within`] as few as keep the
 //!   others within a stated error.
 //! - [`NaturalNeighbours`] interpolates scattered points, for rasters and for gaps in them.
-//! - [`write_glb`] hands a TIN to other programs.
+//! - [`write_glb`] hands a TIN to other programs, [`TinGround`] reads it back to be drawn.
 //!
 //! Coordinates stay f64 in the dataset's CRS; heights are metres. All of it is pure, and whatever is
 //! decided geometrically (which side, which circle) is decided exactly, by spade's predicates.
@@ -15,6 +15,7 @@ mod breakline;
 mod error;
 mod glb;
 mod greedy;
+mod ground;
 mod natural_neighbours;
 mod sample_grid;
 mod scattered;
@@ -26,6 +27,7 @@ pub use breakline::{Breakline, BreaklinePoint};
 pub use error::TinError;
 pub use glb::{GlbPlace, write_glb};
 pub use greedy::tin_of_grid;
+pub use ground::{GroundVertex, TinGround};
 pub use natural_neighbours::{NaturalNeighbours, NaturalSampler};
 pub use sample_grid::SampleGrid;
 pub use scattered::{DistinctPoints, tin_of_points};

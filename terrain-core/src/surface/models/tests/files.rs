@@ -6,8 +6,12 @@ use glam::dvec2;
 use serde_json::json;
 
 use super::{Square, glb};
-use crate::dataset::Crs;
+use crate::dataset::{
+    Crs, HeightEncoding, HeightLayer, HeightRange, HeightRanges, Manifest, Shape,
+};
+use crate::geodesy::PlateCarree;
 use crate::surface::models::{Model, ModelScene, Standing};
+use crate::tiling::{LayerLayout, TilingScheme};
 
 /// A folder with a model in it.
 fn folder() -> tempfile::TempDir {
@@ -36,9 +40,41 @@ fn a_scene_names_models_beside_it_and_reads_each_once() {
     assert_eq!((first.place, first.standing), (dvec2(1.5, 2.0), Standing::Height(30.0)));
     assert_eq!((first.heading_deg, first.scale), (90.0, 2.0));
     assert_eq!((second.standing, second.heading_deg, second.scale), (Standing::OnGround, 0.0, 1.0));
-    let crs = |epsg| Crs { epsg, name: String::new() };
-    assert!(scene.check_crs(&crs(Some(32_632))).is_ok() && scene.check_crs(&crs(None)).is_ok());
-    assert!(scene.check_crs(&crs(Some(3_395))).unwrap_err().contains("EPSG:32632"));
+    let manifest =
+        |epsg, shape| Manifest { crs: Crs { epsg, name: String::new() }, shape, ..made_manifest() };
+    for epsg in [Some(32_632), None] {
+        let placed = scene.clone().placed_on(&manifest(epsg, Shape::Plane)).unwrap();
+        assert_eq!(placed, scene);
+    }
+    let told = scene.clone().placed_on(&manifest(Some(3_395), Shape::Plane)).unwrap_err();
+    assert!(told.contains("EPSG:32632"), "{told}");
+    let globe = manifest(Some(PlateCarree::EPSG), Shape::Globe);
+    assert!(scene.clone().placed_on(&globe).is_err(), "a globe's places are degrees");
+    let in_degrees = ModelScene { epsg: None, ..scene }.placed_on(&globe).unwrap();
+    assert_eq!(in_degrees.instances[0].place, PlateCarree::metres_from_degrees(dvec2(1.5, 2.0)));
+}
+
+fn made_manifest() -> Manifest {
+    let range = HeightRange { min_m: 0.0, max_m: 1.0 };
+    let scheme = TilingScheme { origin: dvec2(0.0, 1.0), root_size_m: 1.0 };
+    Manifest {
+        version: Manifest::VERSION,
+        crs: Crs { epsg: None, name: String::new() },
+        shape: Shape::Plane,
+        scheme,
+        data_extent: scheme.root_extent(),
+        heights: HeightLayer {
+            layout: LayerLayout { tile_size_texels: 128, gutter_texels: 4, level_count: 1 },
+            encoding: HeightEncoding::Float,
+            step_m: 1.0,
+            has_voids: false,
+            range,
+            ranges: HeightRanges { levels: vec![vec![Some(range)]] },
+        },
+        colours: None,
+        sources: Vec::new(),
+        notes: Vec::new(),
+    }
 }
 
 #[test]

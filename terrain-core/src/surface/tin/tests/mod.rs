@@ -1,5 +1,6 @@
 mod glb;
 mod grids;
+mod ground;
 mod points;
 
 /// Numbers from 0 up to 1 that look random and are the same everywhere.
