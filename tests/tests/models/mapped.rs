@@ -89,6 +89,6 @@ fn the_map_marks_all_that_pixels_of_models_ask_for() {
             marked += found.len();
         }
         println!("{anisotropy} taps: {asked_for} pages asked for, {marked} marked");
-        assert!(asked_for > 100 && marked < 4 * asked_for, "{asked_for} {marked}");
+        assert!(asked_for > 20 && marked < 3 * asked_for, "{asked_for} {marked}");
     }
 }
