@@ -7,7 +7,7 @@ struct GroundVertex {
     @builtin(position) clip: vec4<f32>,
     @location(0) @interpolate(perspective, centroid) relative_m: vec3<f32>,
     @location(1) @interpolate(perspective, centroid) height_m: f32,
-    @location(2) @interpolate(perspective, centroid) lit: f32,
+    @location(2) @interpolate(perspective, centroid) slope: vec2<f32>,
     @location(3) @interpolate(perspective, centroid) clear: vec3<f32>,
 }
 
@@ -15,13 +15,13 @@ struct GroundVertex {
 fn globe_vertex(vertex: GlobeVertex) -> GroundVertex {
     let relative_m = relative_place(vertex);
     let clip = frame.clip_from_relative * vec4<f32>(relative_m, 1.0);
-    return GroundVertex(clip, relative_m, vertex.height_m, light(vertex.slope), globe_clear(relative_m));
+    return GroundVertex(clip, relative_m, vertex.height_m, vertex.slope, globe_clear(relative_m));
 }
 
 @fragment
 fn globe_fragment(in: GroundVertex) -> @location(0) vec4<f32> {
-    let step_x_m = dpdx(in.relative_m);
-    let step_y_m = dpdy(in.relative_m);
+    let step_x_m = bounded_step(dpdx(in.relative_m), in.relative_m);
+    let step_y_m = bounded_step(dpdy(in.relative_m), in.relative_m);
     let point = globe_point(in.relative_m, in.height_m);
     let footprint = globe_footprint(point, step_x_m, step_y_m);
     var bare = tint_by_height(in.height_m - globe.eye_height_m);
@@ -29,15 +29,18 @@ fn globe_fragment(in: GroundVertex) -> @location(0) vec4<f32> {
         let imagery = page_colour(point.place, footprint);
         bare = mix(bare, imagery.rgb, imagery.a);
     }
+    // Not from the fragment's own place: from space a ten-thousandth of the way, by which llvmpipe (Mesa 22.3) puts
+    // centroids off, is a kilometre of height, an eighth of the air.
     let clear = clamp(in.clear, vec3<f32>(0.0), vec3<f32>(1.0));
+    let lit = light(in.slope);
     if DEBUG_VIEW == DEBUG_OFF {
-        return vec4<f32>(mix(frame.haze_colour, bare * in.lit, clear), 1.0);
+        return vec4<f32>(mix(frame.haze_colour, bare * lit, clear), 1.0);
     }
     if DEBUG_VIEW == DEBUG_SLOPES {
-        return vec4<f32>(mix(frame.haze_colour, vec3<f32>(in.lit * 0.6), clear), 1.0);
+        return vec4<f32>(mix(frame.haze_colour, vec3<f32>(lit * 0.6), clear), 1.0);
     }
     let span = abs(row_span(point, ground_span(point, step_x_m))) + abs(row_span(point, ground_span(point, step_y_m)));
-    return page_borders(point.place, footprint, bare * in.lit, span);
+    return page_borders(point.place, footprint, bare * lit, span);
 }
 
 // The pages that a picture is drawn from: their borders, and in the view of levels their levels. `span` is the

@@ -15,8 +15,8 @@ fn globe_request_vertex(vertex: GlobeVertex) -> RequestVertex {
 
 @fragment
 fn globe_request_fragment(in: RequestVertex) -> @location(0) vec2<u32> {
-    let step_x_m = dpdx(in.relative_m);
-    let step_y_m = dpdy(in.relative_m);
+    let step_x_m = bounded_step(dpdx(in.relative_m), in.relative_m);
+    let step_y_m = bounded_step(dpdy(in.relative_m), in.relative_m);
     let point = globe_point(in.relative_m, in.height_m);
     return page_request(point.place, globe_footprint(point, step_x_m, step_y_m));
 }

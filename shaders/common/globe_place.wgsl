@@ -87,6 +87,13 @@ fn globe_point(relative_m: vec3<f32>, height_m: f32) -> GlobePoint {
     return point;
 }
 
+// How far a step from a pixel to the next leads over its ground: no farther than a part of the way to it. The plane
+// of a triangle seen edge on goes on far beyond the ground that the pixel shows.
+fn bounded_step(step_m: vec3<f32>, relative_m: vec3<f32>) -> vec3<f32> {
+    let most_m = 0.25 * length(relative_m);
+    return step_m * min(1.0, most_m / max(length(step_m), 1.0e-9));
+}
+
 // How a step from the point in the axes of the eye leads over the texture, rows as long as they are on the ground.
 fn ground_span(point: GlobePoint, relative_step_m: vec3<f32>) -> vec2<f32> {
     let step = anchor_axes(relative_step_m);

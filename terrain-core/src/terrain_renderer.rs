@@ -7,6 +7,7 @@
 
 mod error;
 mod frame_record;
+mod map_timing;
 mod models;
 mod still_camera;
 
@@ -155,6 +156,11 @@ impl TerrainRenderer {
     /// them; `None` with strategies that have no such texture.
     pub fn pages_asked(&self) -> Option<PagesAsked> {
         self.method.pages_asked()
+    }
+
+    /// The same of the texture of models; `None` without any.
+    pub fn model_pages_asked(&self) -> Option<PagesAsked> {
+        self.objects.as_ref().map(Objects::pages_asked)
     }
 
     /// Takes what went wrong with single tiles since the last call, in words. A coarser tile shows

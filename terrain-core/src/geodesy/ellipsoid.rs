@@ -169,6 +169,21 @@ mod tests {
     }
 
     #[test]
+    fn what_an_eye_sees_is_at_its_own_place() {
+        let eye = PlateCarree::metres_from_degrees(dvec2(-179.99, 62.0)).extend(2.0e5);
+        let below = Geodetic::of_seen(eye, eye - 2.0e5 * DVec3::Z);
+        assert!((below.plate_carree() - eye.truncate()).length() < 1.0e-6, "{below:?}");
+        assert!(below.height_m.abs() < 1.0e-6, "{below:?}");
+        // West across the date line.
+        let there = at_degrees(179.99, 62.0, 0.0);
+        let place = Geodetic::from_plate_carree(eye);
+        let step = Wgs84::ecef_from_geodetic(&there) - Wgs84::ecef_from_geodetic(&place);
+        let seen = Geodetic::of_seen(eye, eye + place.ecef_from_local().transpose() * step);
+        assert!((seen.longitude_rad - there.longitude_rad).abs() < 1.0e-12, "{seen:?}");
+        assert!((seen.latitude_rad - there.latitude_rad).abs() < 1.0e-12, "{seen:?}");
+    }
+
+    #[test]
     fn on_the_axis_and_at_the_centre_it_stays_finite() {
         for (z, latitude) in [(7.0e6, 90.0), (-6.4e6, -90.0)] {
             let place = Wgs84::geodetic_from_ecef(dvec3(0.0, 0.0, z));

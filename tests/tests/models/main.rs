@@ -5,6 +5,7 @@
 
 mod drawn;
 mod globe;
+mod mapped;
 mod textured;
 
 use std::sync::Arc;

@@ -23,7 +23,8 @@ impl PatchBuffers {
         2 => Float32,
         3 => Float16x2,
     ];
-    const PATCH_BYTES: u64 = (VERTICES_A_PATCH as usize * size_of::<GlobeVertex>()) as u64;
+    /// Bytes of a patch.
+    pub const PATCH_BYTES: u64 = (VERTICES_A_PATCH as usize * size_of::<GlobeVertex>()) as u64;
 
     /// With room for so many patches.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, slots: u32) -> Self {

@@ -125,7 +125,7 @@ impl GlobeMesh {
             cell_px: settings.triangle_px.max(1.0),
             curve_px: Self::CURVE_PX,
             most_triangles: Self::MOST_TRIANGLES,
-            most_made: Self::MOST_MADE,
+            most_made: Self::most_made(settings.upload_budget_bytes),
         };
         let cover = cover(&mut self.store, ground, &sight, &cover_settings);
         let (drawn, moved) = self.send(gpu, ground, &cover);
@@ -141,6 +141,13 @@ impl GlobeMesh {
             drawn,
         });
         moved
+    }
+
+    /// How many patches may be made in a frame that may send so many bytes; some always may.
+    fn most_made(budget_bytes: u64) -> usize {
+        const LEAST: usize = 8;
+        let within_budget = (budget_bytes / PatchBuffers::PATCH_BYTES) as usize;
+        within_budget.clamp(LEAST, Self::MOST_MADE)
     }
 
     fn is_covered(&self, view: &CameraView, settings: &RendererSettings) -> bool {
