@@ -7,7 +7,8 @@
 //! scene (24). The buildings are looked for in `../shared/data/models` beside the repository; without them boxes of
 //! as many triangles stand in.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a measurement that fails may stop")]
+#![allow(clippy::unwrap_used, reason = "a measurement that fails may stop")]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a table is what this is for")]
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -44,12 +45,13 @@ fn main() {
     let settings = RendererSettings { strategy: Strategy::TextureMap, ..Default::default() };
     let mut bench = Bench::new(source, settings).unwrap().unwrap();
     let cases = scenes().into_iter().map(|case| case.measure(&mut bench, views));
+    let cases = cases.collect::<Vec<_>>();
     let info = bench.gpu.adapter.get_info();
     let record = json!({
         "bench": "texture_map",
         "size_px": SIZE_PX,
         "views": views,
-        "cases": cases.collect::<Vec<_>>(),
+        "cases": cases,
         "adapter": info.name,
         "driver": format!("{} {}", info.driver, info.driver_info),
         "cores": std::thread::available_parallelism().map_or(0, usize::from),
@@ -171,7 +173,7 @@ fn hill_m(at: Vec2) -> f32 {
 
 /// Open ground, seen from above alone.
 fn landscape() -> Model {
-    let corner = |i: u32| (vec2((i % (QUADS + 1)) as f32, (i / (QUADS + 1)) as f32) / QUADS as f32);
+    let corner = |i: u32| vec2((i % (QUADS + 1)) as f32, (i / (QUADS + 1)) as f32) / QUADS as f32;
     let vertex = |i: u32| {
         let at = (corner(i) - 0.5) * LANDSCAPE_M;
         ModelVertex {
