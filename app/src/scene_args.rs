@@ -64,7 +64,9 @@ impl SceneArgs {
     fn tin(&self, source: &dyn TileSource) -> anyhow::Result<Option<Arc<TinGround>>> {
         let Some(path) = &self.tin else { return Ok(None) };
         let tin = TinGround::load(path)?;
-        let checked = tin.check_crs(&source.manifest().crs).map_err(anyhow::Error::msg);
+        let checked = tin
+            .check_place(&source.manifest().crs, source.manifest().shape)
+            .map_err(anyhow::Error::msg);
         checked.with_context(|| path.display().to_string())?;
         Ok(Some(Arc::new(tin)))
     }

@@ -7,6 +7,7 @@
 
 mod error;
 mod frame_record;
+mod map_timing;
 mod models;
 mod still_camera;
 
@@ -116,11 +117,9 @@ impl TerrainRenderer {
         if key(&settings) != key(&self.settings) {
             self.renew(settings, self.tin.clone())?;
         } else if settings != self.settings {
-            self.settings = settings;
+            let before = std::mem::replace(&mut self.settings, settings);
             self.method.reconsider();
-            if let Some(objects) = &mut self.objects {
-                objects.reconsider();
-            }
+            self.reconsider_models(&before)?;
         }
         Ok(())
     }
@@ -157,6 +156,11 @@ impl TerrainRenderer {
     /// them; `None` with strategies that have no such texture.
     pub fn pages_asked(&self) -> Option<PagesAsked> {
         self.method.pages_asked()
+    }
+
+    /// The same of the texture of models; `None` without any.
+    pub fn model_pages_asked(&self) -> Option<PagesAsked> {
+        self.objects.as_ref().map(Objects::pages_asked)
     }
 
     /// Takes what went wrong with single tiles since the last call, in words. A coarser tile shows

@@ -108,6 +108,11 @@ fn capabilities(adapter: &wgpu::Adapter) -> Vec<CapabilityReport> {
             "nothing is lost: heights are filtered by the shaders themselves",
         ),
         (
+            "storage writes from fragments",
+            fragments_write(adapter),
+            "--strategy texture-map is refused",
+        ),
+        (
             "wireframe (line polygons)",
             has(wgpu::Features::POLYGON_MODE_LINE),
             "the wireframe view is left out",
@@ -121,6 +126,13 @@ fn capabilities(adapter: &wgpu::Adapter) -> Vec<CapabilityReport> {
     ]
     .map(|(name, available, without)| CapabilityReport { name, available, without })
     .into()
+}
+
+/// Whether vertices may read storage and fragments write it, as a texture map needs.
+pub(super) fn fragments_write(adapter: &wgpu::Adapter) -> bool {
+    let needed =
+        wgpu::DownlevelFlags::FRAGMENT_WRITABLE_STORAGE.union(wgpu::DownlevelFlags::VERTEX_STORAGE);
+    adapter.get_downlevel_capabilities().flags.contains(needed)
 }
 
 fn limits(limits: &wgpu::Limits) -> Vec<LimitReport> {

@@ -1,6 +1,8 @@
 use std::str::FromStr;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use super::adapter_survey::fragments_write;
+
 /// Which GPU to use.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum AdapterChoice {
@@ -163,6 +165,11 @@ impl GpuContext {
         let failure = Arc::new(Mutex::new(None));
         report_failures(&device, &failure);
         Ok(Self { instance, adapter, device, queue, failure })
+    }
+
+    /// Whether a texture map can be drawn: vertices read storage and fragments write it.
+    pub fn can_map_textures(&self) -> bool {
+        fragments_write(&self.adapter)
     }
 
     /// The adapter's name with the interface it is reached by and its driver, for records.

@@ -225,8 +225,8 @@ impl MethodKey {
     }
 }
 
-/// Builds the method that carries the settings' strategy out, or draws the TIN where the ground is one. Loads level 0 of each layer before it
-/// returns.
+/// Builds the method that carries the settings' strategy out, or draws the TIN where the ground is one. Loads level 0
+/// of each layer before it returns.
 ///
 /// # Errors
 /// [`RenderError`] where level 0 cannot be loaded or the GPU refuses.
@@ -236,6 +236,9 @@ pub(crate) fn open_method(
     tree: TileTree,
     tin: Option<&Arc<TinGround>>,
 ) -> Result<Box<dyn TerrainMethod>, RenderError> {
+    if cx.settings.strategy == Strategy::TextureMap && !cx.gpu.can_map_textures() {
+        return Err(RenderError::NoTextureMap(cx.gpu.adapter_name()));
+    }
     if let Some(tin) = tin {
         return Ok(Box::new(TinMethod::open(cx, source, tree, tin)?));
     }
@@ -245,9 +248,12 @@ pub(crate) fn open_method(
         MethodKind::CpuMesh => Ok(Box::new(CpuMesh::open(cx, source, tree)?)),
         MethodKind::Clipmap => Ok(Box::new(Clipmap::open(cx, source, tree)?)),
         // Without a TIN, what comes nearest to one.
-        MethodKind::PageTable | MethodKind::Tin => match source.manifest().shape {
-            Shape::Plane => Ok(Box::new(PageTable::open(cx, source, tree)?)),
-            Shape::Globe => Ok(Box::new(Globe::open(cx, source, tree)?)),
-        },
+        MethodKind::PageTable | MethodKind::Tin => {
+            let is_globe = source.manifest().shape == Shape::Globe;
+            match cx.settings.strategy {
+                Strategy::PageTable if is_globe => Ok(Box::new(Globe::open(cx, source, tree)?)),
+                _ => Ok(Box::new(PageTable::open(cx, source, tree)?)),
+            }
+        }
     }
 }

@@ -60,24 +60,27 @@ pub fn gradient_noise_3d(point: DVec3, seed: u32) -> f32 {
     let (z, _, depth) = cell_of(DVec2::new(point.z, 0.0));
     let at = [at.x, at.y, depth.x];
     let weight = at.map(|t| t * t * t * (t * (t * 6.0 - 15.0) + 10.0));
-    let mut along_x = [0.0; 4];
-    for (edge, value) in along_x.iter_mut().enumerate() {
-        let (dy, dz) = ((edge & 1) as i32, (edge >> 1) as i32);
-        let line = mix(seed ^ (z.wrapping_add(dz) as u32).wrapping_mul(0xc2b2_ae3d));
-        let line = mix(line ^ (y.wrapping_add(dy) as u32).wrapping_mul(0x85eb_ca77));
-        let corner = |dx: i32| {
-            let bits = mix(line ^ (x.wrapping_add(dx) as u32).wrapping_mul(0x9e37_79b1));
-            // Ten bits a direction.
-            let part = |shift: u32| (bits >> shift & 0x3ff) as i32 as f32 * (2.0 / 1_023.0) - 1.0;
-            part(0) * (at[0] - dx as f32)
-                + part(10) * (at[1] - dy as f32)
-                + part(20) * (at[2] - dz as f32)
-        };
-        *value = mixed(corner(0), corner(1), weight[0]);
-    }
-    let near = mixed(along_x[0], along_x[1], weight[1]);
-    let far = mixed(along_x[2], along_x[3], weight[1]);
-    1.5 * mixed(near, far, weight[2])
+    // Steps of the lattice's three axes in the numbers that are mixed.
+    const STEPS: [u32; 3] = [0x9e37_79b1, 0x85eb_ca77, 0xc2b2_ae3d];
+    let first = [x, y, z]
+        .iter()
+        .zip(STEPS)
+        .fold(seed, |sum, (place, step)| sum.wrapping_add((*place as u32).wrapping_mul(step)));
+    let corner = |dx: u8, dy: u8, dz: u8| {
+        let steps = [dx, dy, dz].map(u32::from);
+        let [x, y, z] = [0, 1, 2].map(|axis| steps[axis].wrapping_mul(STEPS[axis]));
+        let bits = mix(first.wrapping_add(x).wrapping_add(y).wrapping_add(z));
+        // Ten bits a direction, -1 to 1.
+        let part = |shift: u32| (bits >> shift & 0x3ff) as i32 as f32 - 511.5;
+        let dot = part(0) * (at[0] - f32::from(dx))
+            + part(10) * (at[1] - f32::from(dy))
+            + part(20) * (at[2] - f32::from(dz));
+        dot * (1.5 / 511.5)
+    };
+    let along_x = |dy, dz| mixed(corner(0, dy, dz), corner(1, dy, dz), weight[0]);
+    let near = mixed(along_x(0, 0), along_x(1, 0), weight[1]);
+    let far = mixed(along_x(0, 1), along_x(1, 1), weight[1]);
+    mixed(near, far, weight[2])
 }
 
 /// Octaves of [`gradient_noise`], each half as high and half as wide as the one before; about -1 to 1.

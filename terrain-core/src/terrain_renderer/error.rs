@@ -30,6 +30,12 @@ pub enum RenderError {
         /// Longest side of a texture, in texels.
         most_texels: u32,
     },
+    /// The adapter cannot draw a texture map.
+    #[error(
+        "--strategy texture-map needs fragments that write storage, which {0} does not have; choose another strategy, \
+         or another adapter with --adapter"
+    )]
+    NoTextureMap(String),
     /// The system gives no threads for loading.
     #[error("cannot start the threads that load tiles: {0}")]
     Threads(#[from] std::io::Error),

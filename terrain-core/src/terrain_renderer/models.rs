@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::{RenderError, TerrainRenderer};
 use crate::CameraView;
+use crate::RendererSettings;
 use crate::measure::{ByteCause, ByteTotals};
 use crate::method::{FrameContext, GroundBelow, Moved, Objects, SceneState};
 use crate::surface::models::ModelScene;
@@ -48,6 +49,23 @@ impl TerrainRenderer {
 
     pub(super) fn objects_version(&self) -> u64 {
         self.objects.as_ref().map_or(0, Objects::version)
+    }
+
+    /// Has the models' choice made anew after a change of the settings, or them brought to the GPU anew.
+    pub(super) fn reconsider_models(
+        &mut self,
+        before: &RendererSettings,
+    ) -> Result<(), RenderError> {
+        let is_made_for_them = Objects::made_for(before) == Objects::made_for(&self.settings);
+        match &mut self.objects {
+            Some(objects) if is_made_for_them => objects.reconsider(),
+            Some(objects) => {
+                let scene = Arc::clone(objects.scene());
+                self.set_models(Some(scene))?;
+            }
+            None => {}
+        }
+        Ok(())
     }
 
     pub(super) fn receive_for_models(&mut self) {

@@ -91,7 +91,7 @@ impl TerrainRenderer {
 
     /// Records and submits work on the view as it would be drawn now, then brings everything back to
     /// what the last frame drew.
-    fn beside_frames<T>(
+    pub(super) fn beside_frames<T>(
         &mut self,
         view: &CameraView,
         work: impl FnOnce(&mut Self, &mut wgpu::CommandEncoder, &SceneState) -> T,

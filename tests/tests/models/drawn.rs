@@ -10,7 +10,7 @@ use terrain_core::{AntiAliasing, CameraView};
 use crate::{BLUE, RED, bench, extent_px, plain, plain_wall, scene, standing, view};
 
 /// The pixels between which the box round world points is seen.
-fn expected_px(view: &CameraView, points: impl Iterator<Item = DVec3>) -> [[f64; 2]; 2] {
+pub fn expected_px(view: &CameraView, points: impl Iterator<Item = DVec3>) -> [[f64; 2]; 2] {
     points.map(|point| view.pixel_from_world(point).unwrap()).fold(
         [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]],
         |[low, high], at| {
@@ -19,7 +19,8 @@ fn expected_px(view: &CameraView, points: impl Iterator<Item = DVec3>) -> [[f64;
     )
 }
 
-fn assert_is_seen_at(found: Option<[[u32; 2]; 2]>, expected: [[f64; 2]; 2], what: &str) {
+/// Asserts that the extent is that of what covers these pixels.
+pub fn assert_is_seen_at(found: Option<[[u32; 2]; 2]>, expected: [[f64; 2]; 2], what: &str) {
     let Some([first, last]) = found else { panic!("{what}: nothing of it is seen") };
     for axis in 0..2 {
         // A pixel is covered where its centre is.

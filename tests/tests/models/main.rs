@@ -4,6 +4,8 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails fails the test")]
 
 mod drawn;
+mod globe;
+mod mapped;
 mod textured;
 
 use std::sync::Arc;

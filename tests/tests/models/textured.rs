@@ -87,15 +87,13 @@ fn no_model_shows_another_s_texture_however_far_away() {
         fov_y_deg: 12.0,
         ..view()
     };
-    bench
-        .renderer
-        .set_models(scene(
-            models,
-            near.map(|instance| ModelInstance { scale: 4.0, ..instance }).to_vec(),
-        ))
-        .unwrap();
+    let apart = near.map(|instance| {
+        let place = instance.place * dvec2(3.0, 1.0);
+        ModelInstance { scale: 4.0, place, ..instance }
+    });
+    bench.renderer.set_models(scene(models, apart.to_vec())).unwrap();
     let picture = bench.settled_picture(&far).unwrap();
-    let [red, blue] = near.map(|instance| pixel_at(&picture, &far, &instance, [0.0, 120.0]));
+    let [red, blue] = apart.map(|instance| pixel_at(&picture, &far, &instance, [0.0, 120.0]));
     // Most of what is seen is air, alike before both.
     assert!(red[0] > blue[0] + 20 && blue[2] > red[2] + 20, "{red:?} {blue:?}");
 }

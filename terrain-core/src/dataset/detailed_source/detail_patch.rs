@@ -10,9 +10,9 @@ pub const ROUGHNESS: usize = 3;
 /// Texels that a level's patch reaches beyond those over the next finer one.
 pub const MARGIN: i64 = 2;
 
-/// Texels of a level along a cell of the lattice that the level's noise is made on: its waves are then mostly two to
+/// Cells of the lattice that a level's noise is made on, along a texel of the level: its waves are then mostly two to
 /// four texels long, too fine for the level above it.
-const TEXELS_A_CELL: f64 = 1.73;
+const CELLS_A_TEXEL: f64 = 1.0 / 1.73;
 /// Makes the noise of an octave about 1 in the mean square.
 const NOISE_GAIN: f32 = 4.3;
 /// How strong the first octave of noise is, in parts of the light and of the roughness, and each further one in parts
@@ -149,7 +149,7 @@ fn octave_noise(window: TexelWindow, level: &DetailLevel) -> Vec<f32> {
     let mut noise = Vec::with_capacity(window.len());
     for row in 0..window.height {
         let places = positions.row(row);
-        noise.extend(places.map(|place| gradient_noise_3d(place / TEXELS_A_CELL, seed)));
+        noise.extend(places.map(|place| gradient_noise_3d(place * CELLS_A_TEXEL, seed)));
     }
     noise
 }

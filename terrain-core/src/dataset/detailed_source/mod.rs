@@ -93,12 +93,14 @@ impl DetailedSource {
         let window = self.window(tile);
         let (patch, coverage) = self.patch(window, depth)?;
         let code = |light: f32| CODE_FROM_LINEAR[((light * 65535.0 + 0.5) as usize).min(65535)];
-        let texels = patch.texels.into_iter().enumerate().flat_map(|(index, [r, g, b, _])| {
-            let column = window.column + (index % window.width) as i64;
-            let row = window.row + (index / window.width) as i64;
-            [code(r), code(g), code(b), coverage.at(column >> depth, row >> depth)]
-        });
-        Ok(texels.collect())
+        let mut rgba = Vec::with_capacity(4 * window.len());
+        for (row, line) in (window.row..).zip(patch.texels.chunks_exact(window.width)) {
+            for (column, &[r, g, b, _]) in (window.column..).zip(line) {
+                let coverage = coverage.at(column >> depth, row >> depth);
+                rgba.extend_from_slice(&[code(r), code(g), code(b), coverage]);
+            }
+        }
+        Ok(rgba)
     }
 
     /// A window of the level so many below the real imagery, and the coverage of the real texels under it.

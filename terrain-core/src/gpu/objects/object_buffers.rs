@@ -96,22 +96,7 @@ impl ObjectBuffers {
         materials: &[ObjectMaterial],
         most_instances: usize,
     ) -> Self {
-        let (mut vertices, mut indices) = (Vec::<ModelVertex>::new(), Vec::<u32>::new());
-        let (mut ranges, mut first_material) = (Vec::new(), 0);
-        for model in models {
-            let single_sided = model.single_sided;
-            ranges.push(ModelRange {
-                base_vertex: vertices.len() as i32,
-                first_index: indices.len() as u32,
-                indices: [single_sided, model.indices.len() as u32 - single_sided],
-            });
-            vertices.extend(model.vertices.iter().map(|vertex| ModelVertex {
-                material: first_material + vertex.material,
-                ..*vertex
-            }));
-            indices.extend(&model.indices);
-            first_material += model.materials.len() as u32;
-        }
+        let Geometry { vertices, indices, ranges } = Geometry::of(models);
         use wgpu::BufferUsages as Usage;
         let filled = |label, bytes: &[u8], usage| filled_buffer(device, label, bytes, usage);
         let vertices = filled(
@@ -230,6 +215,35 @@ impl ObjectBuffers {
             let indices = first..first + range.indices[sides];
             pass.draw_indexed(indices, range.base_vertex, 0..run.count);
         }
+    }
+}
+
+/// The vertices and indices of all models, one after the other.
+#[derive(Default)]
+struct Geometry {
+    vertices: Vec<ModelVertex>,
+    indices: Vec<u32>,
+    ranges: Vec<ModelRange>,
+}
+
+impl Geometry {
+    fn of(models: &[Model]) -> Self {
+        let (mut all, mut first_material) = (Self::default(), 0);
+        for model in models {
+            let single_sided = model.single_sided;
+            all.ranges.push(ModelRange {
+                base_vertex: all.vertices.len() as i32,
+                first_index: all.indices.len() as u32,
+                indices: [single_sided, model.indices.len() as u32 - single_sided],
+            });
+            all.vertices.extend(model.vertices.iter().map(|vertex| ModelVertex {
+                material: first_material + vertex.material,
+                ..*vertex
+            }));
+            all.indices.extend(&model.indices);
+            first_material += model.materials.len() as u32;
+        }
+        all
     }
 }
 

@@ -88,6 +88,11 @@ impl PageFeedbackRing {
         }
     }
 
+    /// What pages are marked in.
+    pub fn marks(&self) -> &PageMarks {
+        &self.marks
+    }
+
     /// Whether another image can be asked for.
     pub fn is_free(&self) -> bool {
         self.sized.as_ref().is_none_or(|sized| sized.ring.has_free())

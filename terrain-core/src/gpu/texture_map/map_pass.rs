@@ -196,7 +196,7 @@ impl KeepTriangles {
             bind_group_layouts: &[
                 Some(&bindings.frame.layout),
                 Some(&group_layout),
-                None,
+                Some(&bindings.pages.layout),
                 Some(bindings.triangles.0),
             ],
             immediate_size: 0,
@@ -226,6 +226,7 @@ impl KeepTriangles {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &bindings.frame.group, &[]);
         pass.set_bind_group(1, &self.group, &[]);
+        pass.set_bind_group(PageBindings::GROUP, &bindings.pages.group, &[]);
         pass.set_bind_group(TextureMapPass::TRIANGLES_GROUP, bindings.triangles.1, &[]);
         let across = triangles.longest_range.div_ceil(TextureMapPass::WORKGROUP);
         pass.dispatch_workgroups(across, triangles.ranges, 1);

@@ -1,9 +1,11 @@
+use std::time::Instant;
+
 use super::depth_pyramid::DepthPyramid;
 use super::map_pass::{MapBindings, MapTriangles, TextureMapPass, TextureMapUniforms};
-use crate::gpu::GpuContext;
 use crate::gpu::frame_group::FrameGroup;
 use crate::gpu::page_table::{PageBindings, PageMarks};
 use crate::gpu::shader_library::Shader;
+use crate::gpu::{GpuContext, GpuError};
 use crate::residency::page_table::{FaceCulling, PageLayout};
 
 /// The texture map of one kind of triangles: its passes and the depth of its scene, made anew when what they are
@@ -68,19 +70,74 @@ impl SceneMap {
         drawn: &SceneTriangles<'_>,
         draw_depth: impl FnOnce(&mut wgpu::RenderPass<'_>),
     ) -> u64 {
-        let device = &gpu.device;
-        let (size_px, ranges) = (scene.viewport_px, drawn.triangles.ranges);
-        let uniforms = TextureMapUniforms::new(scene.layout, size_px, ranges);
+        let (sent, group) = self.set_up(gpu, encoder, scene, drawn, draw_depth);
+        self.record(&gpu.device, encoder, scene, drawn, &group);
+        sent
+    }
+
+    /// Milliseconds from handing [`Self::mark`]'s commands to the GPU, the scene's depth left out, until it has carried
+    /// them out, so many times over.
+    pub fn time(
+        &mut self,
+        gpu: &GpuContext,
+        scene: MapScene<'_>,
+        drawn: &SceneTriangles<'_>,
+        draw_depth: impl FnOnce(&mut wgpu::RenderPass<'_>),
+        repeats: usize,
+    ) -> Result<Vec<f64>, GpuError> {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let (_, group) = self.set_up(gpu, &mut encoder, scene, drawn, draw_depth);
+        gpu.queue.submit([encoder.finish()]);
+        gpu.wait()?;
+        let mut times_ms = Vec::with_capacity(repeats);
+        for _ in 0..repeats {
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            scene.marks.clear(&mut encoder);
+            self.record(&gpu.device, &mut encoder, scene, drawn, &group);
+            let commands = encoder.finish();
+            let started = Instant::now();
+            gpu.queue.submit([commands]);
+            gpu.wait()?;
+            times_ms.push(started.elapsed().as_secs_f64() * 1.0e3);
+        }
+        Ok(times_ms)
+    }
+
+    /// Brings the uniforms to the GPU and records the scene's depth. Returns the bytes sent and group 3.
+    fn set_up(
+        &mut self,
+        gpu: &GpuContext,
+        encoder: &mut wgpu::CommandEncoder,
+        scene: MapScene<'_>,
+        drawn: &SceneTriangles<'_>,
+        draw_depth: impl FnOnce(&mut wgpu::RenderPass<'_>),
+    ) -> (u64, wgpu::BindGroup) {
+        let size_px = scene.viewport_px;
+        let uniforms = TextureMapUniforms::new(scene.layout, size_px, drawn.triangles.ranges);
         let sent = self.set_uniforms(&gpu.queue, &uniforms);
         let depth = match self.depth.take() {
             Some(depth) if depth.size_px() == size_px => depth,
-            _ => DepthPyramid::new(device, size_px),
+            _ => DepthPyramid::new(&gpu.device, size_px),
         };
         depth.record(encoder, draw_depth);
-        let group = self.bind(device, drawn.buffers, &depth);
+        let group = self.bind(&gpu.device, drawn.buffers, &depth);
         self.depth = Some(depth);
+        (sent, group)
+    }
+
+    /// Records the marking.
+    fn record(
+        &mut self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        scene: MapScene<'_>,
+        drawn: &SceneTriangles<'_>,
+        group: &wgpu::BindGroup,
+    ) {
         let MapScene { frame, marks, pages, face_culling, anisotropy, .. } = scene;
-        let bindings = MapBindings { frame, marks, pages, triangles: (&self.layout, &group) };
+        let bindings = MapBindings { frame, marks, pages, triangles: (&self.layout, group) };
+        let ranges = drawn.triangles.ranges;
+        let uniforms = TextureMapUniforms::new(scene.layout, scene.viewport_px, ranges);
         let key = (uniforms.cells, face_culling, anisotropy, drawn.most);
         let pass = match self.pass.take() {
             Some((built_for, pass)) if built_for == key => pass,
@@ -92,7 +149,6 @@ impl SceneMap {
         };
         pass.record(encoder, &bindings, &drawn.triangles);
         self.pass = Some((key, pass));
-        sent
     }
 
     /// Writes the uniforms; returns the bytes sent, 0 where nothing changed.

@@ -19,12 +19,13 @@ use crate::CameraView;
 use crate::dataset::{ColourFormat, Loaded, Shape};
 use crate::frame_setup::frame_uniforms;
 use crate::gpu::{
-    FrameGroup, ModelRun, ObjectBindings, ObjectBuffers, ObjectMaterial, ObjectPass,
-    ObjectPassSettings, ObjectRequestPass, TargetKind,
+    FrameGroup, GpuContext, GpuError, ModelRun, ObjectBindings, ObjectBuffers, ObjectMaterial,
+    ObjectPass, ObjectPassSettings, ObjectRequestPass, TargetKind,
 };
 use crate::measure::{ByteCause, FrameRecord};
 use crate::renderer_settings::RendererSettings;
 use crate::residency::Loading;
+use crate::residency::page_table::PagesAsked;
 use crate::selection::{Strategy, TileTree};
 use crate::surface::models::{Model, ModelScene, TexturePack};
 use crate::terrain_renderer::RenderError;
@@ -60,7 +61,7 @@ pub(crate) struct GroundBelow<'a> {
 }
 
 impl Objects {
-    /// Slots of the texture's atlas a side: of 136 texels each, half a million triangles' walls seen from anywhere.
+    /// Slots of the texture's atlas a side, of 136 texels each: four times the pixels of 1280 x 720.
     const SLOTS_A_SIDE: u32 = 16;
 
     /// Brings models to the GPU and makes the coarsest pages of their texture.
@@ -108,6 +109,11 @@ impl Objects {
             max_tiles: RendererSettings::most_tiles_of(side, side),
             ..*settings
         }
+    }
+
+    /// The settings that models are brought to the GPU for; all others as they are by default.
+    pub fn made_for(settings: &RendererSettings) -> RendererSettings {
+        PagedTexture::made_for(&Self::own_settings(settings))
     }
 
     /// Takes what the GPU has sent back since the last frame.
@@ -274,6 +280,30 @@ impl Objects {
         });
         cx.ledger.add(ByteCause::Uniform, sent);
         has_asked
+    }
+
+    /// What the latest image of the models' texture asked for.
+    pub fn pages_asked(&self) -> PagesAsked {
+        self.texture.asked()
+    }
+
+    /// Milliseconds that laying the models of the scene that was set up into the texture map takes, so many times
+    /// over; `None` where there is no map.
+    ///
+    /// # Errors
+    /// Where the device fails.
+    pub fn time_map(
+        &mut self,
+        gpu: &GpuContext,
+        scene: &SceneState,
+        repeats: usize,
+    ) -> Result<Option<Vec<f64>>, GpuError> {
+        let Self { texture, frame, buffers, runs, map: Some(map), .. } = self else {
+            return Ok(None);
+        };
+        let bindings = ObjectBindings { frame, pages: texture.bindings(), objects: buffers };
+        let over = (texture.layout(), texture.marks());
+        map.time(gpu, scene, (bindings, runs), over, repeats).map(Some)
     }
 
     fn bindings(&self) -> ObjectBindings<'_> {

@@ -249,6 +249,11 @@ impl PagedTexture {
         self.has_asked(cx, state, bytes)
     }
 
+    /// What pages are marked in.
+    pub fn marks(&self) -> &PageMarks {
+        self.feedback.marks()
+    }
+
     /// Notes that so many bytes have been asked for, if any.
     fn has_asked(
         &mut self,

@@ -3,7 +3,7 @@ use std::path::Path;
 use glam::{DVec2, DVec3, USizeVec2, Vec2, Vec3, dvec2};
 use serde::Deserialize;
 
-use crate::dataset::Crs;
+use crate::dataset::{Crs, Shape};
 use crate::surface::models::{Model, ModelError};
 
 /// A vertex of ground, as the GPU reads it: five words, without gaps.
@@ -75,11 +75,14 @@ impl TinGround {
         })
     }
 
-    /// Checks that it lies in the dataset's own CRS.
+    /// Checks that it lies on the ground of a dataset of this CRS and shape.
     ///
     /// # Errors
-    /// In words, where both name one and they differ.
-    pub fn check_crs(&self, crs: &Crs) -> Result<(), String> {
+    /// In words, where that is a globe, or both name a CRS and they differ.
+    pub fn check_place(&self, crs: &Crs, shape: Shape) -> Result<(), String> {
+        if shape == Shape::Globe {
+            return Err("a TIN lies on a plane, and the dataset is a globe".to_owned());
+        }
         match (self.epsg, crs.epsg) {
             (Some(theirs), Some(ours)) if theirs != ours => {
                 Err(format!("the TIN is in EPSG:{theirs}, the dataset is in EPSG:{ours}"))

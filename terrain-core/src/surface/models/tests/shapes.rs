@@ -60,14 +60,14 @@ fn nodes_move_turn_and_mirror_what_is_below_them() {
     let mut square = Square::new();
     square.document["nodes"] = json!([
         {"translation": [10.0, 20.0, 30.0], "children": [1, 2]},
-        {"mesh": 0, "rotation": [0.0, 0.707_106_8, 0.0, 0.707_106_8], "scale": [2.0, 2.0, 2.0]},
+        {"mesh": 0, "rotation": [0.0, 0.6, 0.0, 0.8], "scale": [2.0, 2.0, 2.0]},
         {"mesh": 0, "scale": [-1.0, 1.0, 1.0]},
     ]);
     let model = square.model().unwrap();
     assert_eq!(model.triangle_count(), 4);
     let corner = |triangle: usize, index: usize| triangles(&model)[triangle][index];
-    // A quarter turn about the file's y takes its x to its -z, which is north.
-    let expected = vec3(10.0, -30.0 + 2.0, 20.0);
+    // The turn about the file's y, of cosine 0.28 and sine 0.96, takes its x towards its -z, which is north.
+    let expected = vec3(10.0 + 2.0 * 0.28, -30.0 + 2.0 * 0.96, 20.0);
     assert!((corner(0, 1) - expected).length() < 1e-5, "{}", corner(0, 1));
     for [a, b, c] in triangles(&model).into_iter().skip(2) {
         assert_eq!(

@@ -6,7 +6,7 @@ use glam::{DVec2, dvec2};
 
 use super::super::{GlbPlace, SampleGrid, Tin, TinGround, tin_of_grid, write_glb};
 use super::height_in_m;
-use crate::dataset::Crs;
+use crate::dataset::{Crs, Shape};
 use crate::surface::models::Model;
 use crate::tiling::Extent;
 
@@ -37,7 +37,9 @@ fn ground_comes_back_to_its_place_and_its_height_is_that_of_the_triangles() {
     let tin = tin();
     assert_eq!(ground.indices.len(), 3 * tin.triangles.len());
     let crs = |epsg| Crs { epsg: Some(epsg), name: String::new() };
-    assert!(ground.check_crs(&crs(32_632)).is_ok() && ground.check_crs(&crs(3_395)).is_err());
+    assert!(ground.check_place(&crs(32_632), Shape::Plane).is_ok());
+    assert!(ground.check_place(&crs(3_395), Shape::Plane).is_err());
+    assert!(ground.check_place(&crs(32_632), Shape::Globe).is_err());
     for index in 0..2_000_u32 {
         let part = dvec2(super::noise(u64::from(index)), super::noise(u64::from(index + 9_000)));
         let at = FIRST + dvec2(-20.0, -310.0) + part * dvec2(430.0, 330.0);
