@@ -61,7 +61,7 @@ fn halved(image: &ModelImage) -> ModelImage {
             );
         }
     });
-    ModelImage { size_texels, rgba }
+    ModelImage { size_texels, rgba: rgba.into() }
 }
 
 /// The mean of four texels: light weighed by coverage, so that what is not covered gives no colour.

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use glam::{Vec2, Vec3};
 
 /// A vertex of a model, as the GPU reads it: nine words, without gaps.
@@ -113,6 +115,6 @@ impl WrapMode {
 pub struct ModelImage {
     /// Width and height in texels, both at least 1.
     pub size_texels: [u32; 2],
-    /// Row by row from the top left: sRGB colour and linear coverage.
-    pub rgba: Vec<u8>,
+    /// Row by row from the top left: sRGB colour and linear coverage. Shared, since packing keeps it as well.
+    pub rgba: Arc<[u8]>,
 }

@@ -77,7 +77,7 @@ fn decode(bytes: &[u8]) -> Result<ModelImage, String> {
     let size_texels = [rgba.width(), rgba.height()];
     match size_texels.contains(&0) {
         true => Err("no texels".to_owned()),
-        false => Ok(ModelImage { size_texels, rgba: rgba.into_raw() }),
+        false => Ok(ModelImage { size_texels, rgba: rgba.into_raw().into() }),
     }
 }
 

@@ -91,12 +91,6 @@ impl TexturePack {
         &self.images
     }
 
-    /// Bytes of the decoded images and their halvings in memory.
-    pub fn memory_bytes(&self) -> u64 {
-        let texels = |pyramid: &ImagePyramid| pyramid.image().rgba.len() as u64;
-        self.pyramids.iter().map(texels).sum::<u64>() * 4 / 3
-    }
-
     /// Makes the page that is this tile; see [`PageLayout::tile_of`].
     pub fn page(&self, tile: TileId) -> ColourTile {
         let stored_size_texels = Self::TILE_TEXELS + 2 * Self::GUTTER_TEXELS;
