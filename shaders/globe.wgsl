@@ -8,7 +8,8 @@ struct GroundVertex {
     @location(0) @interpolate(perspective, centroid) relative_m: vec3<f32>,
     @location(1) @interpolate(perspective, centroid) height_m: f32,
     @location(2) @interpolate(perspective, centroid) slope: vec2<f32>,
-    @location(3) @interpolate(perspective, centroid) clear: vec3<f32>,
+    // At the pixel's middle, beside a triangle as well: llvmpipe (Mesa 22.3) divides centroids by the depth there.
+    @location(3) clear: vec3<f32>,
 }
 
 @vertex
@@ -29,8 +30,8 @@ fn globe_fragment(in: GroundVertex) -> @location(0) vec4<f32> {
         let imagery = page_colour(point.place, footprint);
         bare = mix(bare, imagery.rgb, imagery.a);
     }
-    // Not from the fragment's own place: from space a ten-thousandth of the way, by which llvmpipe (Mesa 22.3) puts
-    // centroids off, is a kilometre of height, an eighth of the air.
+    // Not from the fragment's own place: from space a ten-thousandth of the way is a kilometre of height, an eighth
+    // of the air.
     let clear = clamp(in.clear, vec3<f32>(0.0), vec3<f32>(1.0));
     let lit = light(in.slope);
     if DEBUG_VIEW == DEBUG_OFF {
