@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use terrain_core::dataset::Shape;
 use terrain_core::residency::page_table::{FaceCulling, PageFeedback};
 use terrain_core::selection::{Shortening, Strategy, Visibility};
-use terrain_core::{AntiAliasing, RendererSettings};
+use terrain_core::{AntiAliasing, DebugView, RendererSettings};
 
 use crate::arg_values::{exaggeration, number_within};
 
@@ -91,6 +91,24 @@ pub struct DrawingArgs {
     /// Most KiB of tiles to upload in a frame
     #[arg(long, value_name = "KIB")]
     upload_kib: Option<u64>,
+
+    /// What to show of how the picture comes about
+    #[arg(long, value_enum, value_name = "VIEW", default_value_t)]
+    debug_view: Shown,
+}
+
+/// What the picture shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Shown {
+    /// The ground as it is.
+    #[default]
+    Off,
+    /// The borders of the tiles that each pixel is drawn from.
+    TileBorders,
+    /// Their levels as colours, and the borders.
+    Levels,
+    /// The light on the slopes alone.
+    Shading,
 }
 
 /// How edges are smoothed.
@@ -133,6 +151,12 @@ impl DrawingArgs {
                 None => defaults.anti_aliasing,
                 Some(Smoothing::Off) => AntiAliasing::Off,
                 Some(Smoothing::FourSamples) => AntiAliasing::FourSamples,
+            },
+            debug_view: match self.debug_view {
+                Shown::Off => DebugView::Off,
+                Shown::TileBorders => DebugView::TileBorders,
+                Shown::Levels => DebugView::Levels,
+                Shown::Shading => DebugView::Shading,
             },
             upload_budget_bytes: self
                 .upload_kib
@@ -247,6 +271,8 @@ mod tests {
         assert_eq!(settings(&["--anti-aliasing", "4x"]).anti_aliasing, AntiAliasing::FourSamples);
         assert_eq!(settings(&["--anti-aliasing", "off"]).anti_aliasing, AntiAliasing::Off);
         assert_eq!(settings(&["--upload-kib", "64"]).upload_budget_bytes, 65_536);
+        assert_eq!(settings(&["--debug-view", "levels"]).debug_view, DebugView::Levels);
+        assert_eq!(settings(&["--debug-view", "tile-borders"]).debug_view, DebugView::TileBorders);
     }
 
     #[test]
