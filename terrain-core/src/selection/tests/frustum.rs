@@ -149,6 +149,6 @@ fn names_are_read_as_they_are_written() {
     assert_eq!(unknown, Err(UnknownStrategy("guess".to_owned())));
     let told = unknown.map_err(|error| error.to_string());
     let expected = "there is no strategy \"guess\"; there are rtt-quadtree, rtt-quadtree-gpu, \
-                    cpu-frustum, cpu-mesh, clipmap, page-table";
+                    cpu-frustum, cpu-mesh, clipmap, page-table, texture-map";
     assert_eq!(told, Err(expected.to_owned()));
 }
