@@ -23,11 +23,23 @@ pub fn pick_ground(
     near_m: f64,
     far_m: f64,
 ) -> Option<DVec3> {
+    pick_ground_at(view, pixel, ground, (near_m, far_m), |point| point)
+}
+
+/// [`pick_ground`] where the ray's points have other places on the ground than their own: `place_of` tells them, and
+/// the heights of the points there.
+pub fn pick_ground_at(
+    view: &CameraView,
+    pixel: [f64; 2],
+    ground: GroundHeight<'_>,
+    (near_m, far_m): (f64, f64),
+    place_of: impl Fn(DVec3) -> DVec3,
+) -> Option<DVec3> {
     let direction = view.ray_direction(pixel[0], pixel[1]);
     let at = |distance_m: f64| view.eye + distance_m * direction;
     let is_below = |distance_m: f64| {
-        let point = at(distance_m);
-        ground(point.truncate()).is_some_and(|height_m| point.z <= height_m)
+        let place = place_of(at(distance_m));
+        ground(place.truncate()).is_some_and(|height_m| place.z <= height_m)
     };
     let mut above_m = 0.0;
     let mut distance_m = near_m;

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use terrain_core::dataset::TileSource;
+use terrain_core::dataset::{Manifest, Shape, TileSource};
 use terrain_core::gpu::{AdapterChoice, DebugImage, GpuContext};
 use terrain_core::measure::CameraSpec;
+use terrain_core::selection::Strategy;
 use terrain_core::{CameraView, RenderError, RendererSettings, TerrainRenderer};
 use winit::dpi::LogicalSize;
 use winit::event_loop::ActiveEventLoop;
@@ -175,6 +176,7 @@ fn first_controls(options: &ViewerOptions, viewport_px: [u32; 2]) -> CameraContr
         data_extent: manifest.data_extent,
         height_range_m: [range.min_m, range.max_m].map(|h| f64::from(h) * exaggeration),
         least_clearance_m: LEAST_CLEARANCE_M.max(LEAST_CLEARANCE_TEXELS * texel_m),
+        is_globe: draws_globe(manifest, &options.settings),
     };
     let view = CameraView {
         eye: manifest.data_extent.centre().extend(bounds.height_range_m[1]),
@@ -186,6 +188,11 @@ fn first_controls(options: &ViewerOptions, viewport_px: [u32; 2]) -> CameraContr
     let mut controls = CameraControls::new(view, bounds);
     controls.set_view(controls.home_view());
     controls
+}
+
+/// Whether the dataset is drawn as a globe with these settings.
+pub(super) fn draws_globe(manifest: &Manifest, settings: &RendererSettings) -> bool {
+    manifest.shape == Shape::Globe && settings.strategy == Strategy::PageTable
 }
 
 fn first_deck(options: &ViewerOptions) -> FlightDeck {

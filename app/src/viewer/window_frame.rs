@@ -7,7 +7,7 @@ use terrain_core::CameraView;
 use super::Next;
 use super::comparison::Side;
 use super::surface::{Acquired, SurfaceFrame};
-use super::window::{FIRST_FRAME_S, TerrainWindow};
+use super::window::{FIRST_FRAME_S, TerrainWindow, draws_globe};
 
 /// The longest that any frame is taken to last, seconds.
 const LONGEST_FRAME_S: f64 = 0.25;
@@ -54,6 +54,8 @@ impl TerrainWindow {
         if let Some(view) = self.deck.advance(dt_s, self.controls.view().viewport_px) {
             self.controls.set_view(view);
         }
+        let is_globe = draws_globe(self.source.manifest(), self.scene.settings());
+        self.controls.set_is_globe(is_globe);
         self.controls.advance(dt_s, &self.scene.ground());
         self.deck.take_view(dt_s, self.controls.view());
     }

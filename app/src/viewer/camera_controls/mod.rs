@@ -7,6 +7,7 @@ use terrain_core::tiling::Extent;
 use super::camera_glide::CameraGlide;
 use super::ground_pick::{GroundHeight, pick_ground, pick_plane};
 
+mod globe;
 #[cfg(test)]
 mod tests;
 
@@ -38,6 +39,8 @@ pub struct ControlBounds {
     pub height_range_m: [f64; 2],
     /// The eye keeps at least so far above the ground, metres.
     pub least_clearance_m: f64,
+    /// Whether the ground is drawn as a globe.
+    pub is_globe: bool,
 }
 
 /// What a drag of the mouse does.
@@ -72,7 +75,7 @@ pub struct HeldDirections {
 
 #[derive(Clone, Copy, Debug)]
 enum Drag {
-    /// The point of ground that stays under the cursor.
+    /// The point of ground that stays under the cursor; over a globe in earth-centred coordinates, as all such points.
     Pan { anchor: DVec3 },
     /// The point to turn about and where the cursor was.
     Turn { centre: DVec3, last_px: [f64; 2] },
@@ -142,6 +145,7 @@ impl CameraControls {
         self.stop();
         let point = self.point_under(pixel, ground);
         self.drag = Some(match kind {
+            DragKind::Pan if self.bounds.is_globe => Drag::Pan { anchor: point },
             DragKind::Pan => {
                 // Through the same bent ray as later moves, or the first one would jump.
                 Drag::Pan { anchor: pick_plane(&self.view, pixel, point.z, LEAST_SLOPE) }
@@ -155,6 +159,9 @@ impl CameraControls {
     pub fn drag_to(&mut self, pixel: [f64; 2], ground: GroundHeight<'_>) -> bool {
         match &mut self.drag {
             None => return false,
+            Some(Drag::Pan { anchor }) if self.bounds.is_globe => {
+                self.view = globe::pan(&self.view, *anchor, pixel);
+            }
             Some(Drag::Pan { anchor }) => {
                 let under = pick_plane(&self.view, pixel, anchor.z, LEAST_SLOPE);
                 self.view.eye += (*anchor - under).with_z(0.0);
@@ -190,6 +197,15 @@ impl CameraControls {
         }
     }
 
+    /// Says whether the ground is drawn as a globe from now on, or as a plane.
+    pub fn set_is_globe(&mut self, is_globe: bool) {
+        if is_globe != self.bounds.is_globe {
+            self.bounds.is_globe = is_globe;
+            self.drag = None;
+            self.stop();
+        }
+    }
+
     /// Goes to where the whole area can be seen.
     pub fn go_home(&mut self) {
         let home = self.home_view();
@@ -200,6 +216,11 @@ impl CameraControls {
     pub fn go_north_up(&mut self, ground: GroundHeight<'_>) {
         let [width, height] = self.view.viewport_px.map(f64::from);
         let centre = self.point_under([0.5 * width, 0.5 * height], ground);
+        if self.bounds.is_globe {
+            let turn_deg = -self.view.heading_deg;
+            self.glide_to(globe::turn_about(&self.view, centre, turn_deg, self.view.pitch_deg));
+            return;
+        }
         let mut goal = self.view;
         goal.heading_deg = 0.0;
         let distance_m = (centre - self.view.eye).length();
@@ -237,6 +258,9 @@ impl CameraControls {
 
     /// The view of the whole area, from the south: as near as shows every corner.
     pub fn home_view(&self) -> CameraView {
+        if self.bounds.is_globe {
+            return globe::home(&self.view);
+        }
         let extent = &self.bounds.data_extent;
         let [lowest_m, highest_m] = self.bounds.height_range_m;
         let mut view = CameraView { heading_deg: 0.0, pitch_deg: -45.0, ..self.view };
@@ -270,6 +294,9 @@ impl CameraControls {
     /// The ground under a pixel; without data there, the level of the ground below the eye.
     fn point_under(&self, pixel: [f64; 2], ground: GroundHeight<'_>) -> DVec3 {
         let clearance_m = self.clearance_m(ground);
+        if self.bounds.is_globe {
+            return globe::point_under(&self.view, pixel, ground, clearance_m);
+        }
         let near_m = 0.1 * clearance_m;
         let far_m = 4.0 * self.bounds.data_extent.size_m().length() + 2.0 * clearance_m;
         pick_ground(&self.view, pixel, ground, near_m, far_m).unwrap_or_else(|| {
@@ -280,11 +307,17 @@ impl CameraControls {
     /// Turns eye and view about a point, which keeps its place in the picture.
     fn turn_about(&mut self, centre: DVec3, moved_px: [f64; 2]) {
         let degrees_per_px = TURN_DEG_PER_HEIGHT / f64::from(self.view.viewport_px[1]);
-        let in_view = self.view.view_from_world() * (centre - self.view.eye);
-        self.view.heading_deg =
-            (self.view.heading_deg + moved_px[0] * degrees_per_px).rem_euclid(360.0);
-        self.view.pitch_deg = (self.view.pitch_deg - moved_px[1] * degrees_per_px)
+        let turn_deg = moved_px[0] * degrees_per_px;
+        let pitch_deg = (self.view.pitch_deg - moved_px[1] * degrees_per_px)
             .clamp(PITCH_RANGE_DEG.0, PITCH_RANGE_DEG.1);
+        let is_about_eye = centre == self.view.eye;
+        if self.bounds.is_globe && !is_about_eye {
+            self.view = globe::turn_about(&self.view, centre, turn_deg, pitch_deg);
+            return;
+        }
+        let in_view = self.view.view_from_world() * (centre - self.view.eye);
+        self.view.heading_deg = (self.view.heading_deg + turn_deg).rem_euclid(360.0);
+        self.view.pitch_deg = pitch_deg;
         self.view.eye = centre - self.view.view_from_world().transpose() * in_view;
     }
 
@@ -293,7 +326,12 @@ impl CameraControls {
         let steps = zoom.steps_left * (1.0 - (-dt_s / ZOOM_SOFTNESS_S).exp());
         // The last hundredth of a step is made at once, so that the wheel comes to rest.
         let steps = if zoom.steps_left.abs() < 0.01 { zoom.steps_left } else { steps };
-        self.view.eye = zoom.target + (self.view.eye - zoom.target) * ZOOM_STEP.powf(steps);
+        let part = ZOOM_STEP.powf(steps);
+        if self.bounds.is_globe {
+            self.view = globe::zoom(&self.view, zoom.target, part);
+        } else {
+            self.view.eye = zoom.target + (self.view.eye - zoom.target) * part;
+        }
         zoom.steps_left -= steps;
         if zoom.steps_left == 0.0 {
             self.zoom = None;
@@ -307,6 +345,10 @@ impl CameraControls {
             self.velocity = DVec3::ZERO;
         }
         let metres = self.velocity * (self.clearance_m(ground) * dt_s);
+        if self.bounds.is_globe {
+            self.view = globe::fly(&self.view, metres);
+            return;
+        }
         let (sin_heading, cos_heading) = self.view.heading_deg.to_radians().sin_cos();
         let right = dvec2(cos_heading, -sin_heading);
         let forward = dvec2(sin_heading, cos_heading);
@@ -316,6 +358,12 @@ impl CameraControls {
     /// Keeps the eye above the ground and near the data.
     fn stay_in_bounds(&mut self, ground: GroundHeight<'_>) {
         let bounds = &self.bounds;
+        if bounds.is_globe {
+            let ground_m = ground(self.view.eye.truncate()).unwrap_or(bounds.height_range_m[0]);
+            let floor_m = ground_m + bounds.least_clearance_m;
+            self.view.eye.z = self.view.eye.z.clamp(floor_m, globe::CEILING_M.max(floor_m));
+            return;
+        }
         let size_m = bounds.data_extent.size_m().max_element();
         let room = bounds.data_extent.grown(FREE_SIZES * size_m);
         let xy: DVec2 = self.view.eye.truncate().clamp(room.min, room.max);

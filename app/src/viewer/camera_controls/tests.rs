@@ -13,6 +13,7 @@ fn bounds() -> ControlBounds {
         data_extent: Extent::new(dvec2(0.0, 0.0), dvec2(100_000.0, 80_000.0)),
         height_range_m: [0.0, 2_500.0],
         least_clearance_m: 5.0,
+        is_globe: false,
     }
 }
 
