@@ -1,5 +1,5 @@
 // Draws the globe with imagery through a page table, lit by its slopes as maps are, seen through the air.
-// needs: common/frame.wgsl common/globe.wgsl common/page_table.wgsl common/page_colour.wgsl common/globe_place.wgsl common/globe_air.wgsl common/atmosphere.wgsl common/ground_light.wgsl
+// needs: common/frame.wgsl common/globe.wgsl common/page_table.wgsl common/page_colour.wgsl common/globe_place.wgsl common/globe_air.wgsl common/atmosphere.wgsl common/ground_light.wgsl common/page_debug.wgsl
 
 override HAS_COLOURS: bool = true;
 
@@ -41,20 +41,5 @@ fn globe_fragment(in: GroundVertex) -> @location(0) vec4<f32> {
         return vec4<f32>(mix(frame.haze_colour, vec3<f32>(lit * 0.6), clear), 1.0);
     }
     let span = abs(row_span(point, ground_span(point, step_x_m))) + abs(row_span(point, ground_span(point, step_y_m)));
-    return page_borders(point.place, footprint, bare * lit, span);
-}
-
-// The pages that a picture is drawn from: their borders, and in the view of levels their levels. `span` is the
-// pixel's size in texels of level 0.
-fn page_borders(place: TexturePlace, footprint: PageFootprint, shaded: vec3<f32>, span: vec2<f32>) -> vec4<f32> {
-    let wanted = floor(footprint.level + pages.lookup_bias);
-    let found = find_page(place, u32(clamp(wanted, 0.0, f32(pages.coarsest_level))));
-    // Tiles' levels count from the coarsest.
-    let hue = level_colour(pages.coarsest_level - found.level);
-    let within = place_in_page(place, found.level, found.page);
-    let step_texels = span * level_scale(found.level);
-    let to_border = min(within, f32(pages.tile_texels) - within) / max(step_texels, vec2<f32>(1.0e-6));
-    let border = 1.0 - smoothstep(0.5, 1.5, min(to_border.x, to_border.y));
-    let tinted = mix(shaded, hue, select(0.0, 0.45, DEBUG_VIEW == DEBUG_LEVELS));
-    return vec4<f32>(mix(tinted, hue, border), 1.0);
+    return vec4<f32>(with_pages(bare * lit, point.place, footprint, span), 1.0);
 }

@@ -149,7 +149,8 @@ pub static GLOBE: Shader = shader!(
     "globe_place",
     "globe_air",
     "atmosphere",
-    "ground_light"
+    "ground_light",
+    "page_debug"
 );
 /// What pages of its virtual texture each pixel of the globe asks for.
 pub static GLOBE_REQUESTS: Shader =
