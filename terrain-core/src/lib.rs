@@ -58,6 +58,7 @@
 //! # }
 //! ```
 
+mod built_for;
 mod by_name;
 pub mod camera_view;
 pub mod dataset;

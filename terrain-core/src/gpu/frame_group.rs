@@ -1,4 +1,5 @@
 use super::frame_uniforms::FrameUniforms;
+use super::uniform_group::UniformGroup;
 
 /// Group 0 of every drawing pass: the frame's uniforms.
 pub(crate) struct FrameGroup {
@@ -13,32 +14,9 @@ const ALL_STAGES: wgpu::ShaderStages =
 
 impl FrameGroup {
     pub fn new(device: &wgpu::Device) -> Self {
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("frame"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: ALL_STAGES,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
-        });
-        let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("frame uniforms"),
-            size: FrameUniforms::BYTES,
-            usage: wgpu::BufferUsages::UNIFORM
-                | wgpu::BufferUsages::COPY_DST
-                | wgpu::BufferUsages::COPY_SRC,
-            mapped_at_creation: false,
-        });
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("frame"),
-            layout: &layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() }],
-        });
+        let usage = wgpu::BufferUsages::COPY_SRC;
+        let UniformGroup { layout, group, buffer: uniforms } =
+            UniformGroup::new(device, "frame", FrameUniforms::BYTES, ALL_STAGES, usage);
         Self { layout, group, uniforms, written: None }
     }
 

@@ -56,6 +56,7 @@ mod tile_selection;
 mod timestamps;
 #[cfg(test)]
 mod twin_tests;
+mod uniform_group;
 mod view_mesh_buffers;
 mod view_mesh_pass;
 

@@ -2,13 +2,14 @@ use super::DEPTH_FORMAT;
 use super::coordinate_pass::depth_attachment;
 use super::frame_group::FrameGroup;
 use super::sky_pass::SkyPass;
+use crate::built_for::BuiltFor;
 use crate::renderer_settings::AntiAliasing;
 
 /// The picture: terrain and sky, with the buffers they are drawn in. The sky's pipeline is built anew
 /// when the kind of target changes, buffers when the size does.
 #[derive(Default)]
 pub(crate) struct Picture {
-    sky: Option<(TargetKind, SkyPass)>,
+    sky: BuiltFor<TargetKind, SkyPass>,
     buffers: Option<Buffers>,
 }
 
@@ -79,12 +80,8 @@ impl Picture {
             ..Default::default()
         });
         let Some(frame) = draw_terrain(&mut pass) else { return };
-        let sky = match self.sky.take() {
-            Some((built_for, sky)) if built_for == kind => sky,
-            _ => SkyPass::new(device, frame, kind),
-        };
+        let sky = self.sky.get(kind, || SkyPass::new(device, frame, kind));
         sky.draw(&mut pass, frame);
-        self.sky = Some((kind, sky));
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::cached_tiles::{CachedTiles, MakeCache, in_slots};
 use super::{FrameContext, Moved, SceneState};
+use crate::built_for::BuiltFor;
 use crate::dataset::{ColourFormat, TileSource};
 use crate::frame_setup::mesh_radius;
 use crate::gpu::{
@@ -24,7 +25,7 @@ pub(super) struct DrawnTiles {
     pub meshes: SceneMeshes,
     pub has_voids: bool,
     has_colours: bool,
-    pass: Option<(TerrainPassSettings, TerrainPass)>,
+    pass: BuiltFor<TerrainPassSettings, TerrainPass>,
     /// What the latest displacement was made of.
     displaced: Option<SceneState>,
 }
@@ -49,7 +50,7 @@ impl DrawnTiles {
             has_colours: tree.colours.as_ref().is_some_and(|layer| !layer.present.is_empty()),
             meshes: SceneMeshes::new(&cx.gpu.device, &tiles.bindings, linear),
             tiles,
-            pass: None,
+            pass: BuiltFor::default(),
             displaced: None,
         })
     }
@@ -121,14 +122,11 @@ impl DrawnTiles {
             sorts_triangles: scene.settings.debug_view == DebugView::Off,
             debug_view: scene.settings.debug_view,
         };
-        let terrain = match self.pass.take() {
-            Some((built_for, pass)) if built_for == settings => pass,
-            _ => TerrainPass::new(&cx.gpu.device, &self.tiles.bindings, settings),
-        };
+        let build = || TerrainPass::new(&cx.gpu.device, &self.tiles.bindings, settings);
+        let terrain = self.pass.get(settings, build);
         if let Some(mesh) = self.meshes.picture() {
             terrain.draw(pass, &self.tiles.bindings, mesh.parts(), mesh.visible());
         }
-        self.pass = Some((settings, terrain));
         &self.tiles.bindings.frame
     }
 

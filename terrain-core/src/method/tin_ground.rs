@@ -11,6 +11,7 @@ use glam::DVec2;
 use super::paged_texture::{PagedSource, PagedTexture};
 use super::{FrameContext, ImageState, Moved, SceneState, TerrainMethod};
 use crate::CameraView;
+use crate::built_for::BuiltFor;
 use crate::dataset::TileSource;
 use crate::frame_setup::frame_uniforms;
 use crate::gpu::{
@@ -33,9 +34,9 @@ pub(super) struct TinMethod {
     frame: FrameGroup,
     ground: PageGroundGroup,
     imagery: PagedTexture,
-    request_pass: Option<(u32, TinRequestPass)>,
+    request_pass: BuiltFor<u32, TinRequestPass>,
     /// The picture's pass, as long as no page fades in and while one does.
-    passes: [Option<(TinPassSettings, TinPass)>; 2],
+    passes: [BuiltFor<TinPassSettings, TinPass>; 2],
     /// No tile is ever chosen but the root.
     selection: Selection,
 }
@@ -62,8 +63,8 @@ impl TinMethod {
             tin: Arc::clone(tin),
             tree,
             buffers,
-            request_pass: None,
-            passes: [None, None],
+            request_pass: BuiltFor::default(),
+            passes: Default::default(),
             selection: Selection { tiles: vec![TileId::ROOT], ..Default::default() },
         })
     }
@@ -134,17 +135,13 @@ impl TerrainMethod for TinMethod {
         if !self.imagery.wants_image(&state) {
             return false;
         }
-        let anisotropy = scene.settings.anisotropy;
-        let request_pass = match self.request_pass.take() {
-            Some((built_for, pass)) if built_for == anisotropy => pass,
-            _ => TinRequestPass::new(&cx.gpu.device, self.bindings(), anisotropy),
-        };
-        let Self { frame, buffers, imagery, ground, .. } = self;
-        let has_asked = imagery.ask(cx, encoder, state, |pass, pages| {
-            request_pass.draw(pass, TinBindings { frame, tin: buffers, pages, ground });
-        });
-        self.request_pass = Some((anisotropy, request_pass));
-        has_asked
+        let Self { frame, buffers, imagery, ground, request_pass, .. } = self;
+        let (device, anisotropy) = (&cx.gpu.device, scene.settings.anisotropy);
+        imagery.ask(cx, encoder, state, |pass, pages| {
+            let bindings = TinBindings { frame, tin: buffers, pages, ground };
+            let build = || TinRequestPass::new(device, bindings, anisotropy);
+            request_pass.get(anisotropy, build).draw(pass, bindings);
+        })
     }
 
     fn draw(
@@ -163,12 +160,10 @@ impl TerrainMethod for TinMethod {
             fades,
             debug_view: scene.settings.debug_view,
         };
-        let tin_pass = match self.passes[usize::from(fades)].take() {
-            Some((built_for, pass)) if built_for == settings => pass,
-            _ => TinPass::new(&cx.gpu.device, self.bindings(), &settings),
-        };
-        tin_pass.draw(pass, self.bindings());
-        self.passes[usize::from(fades)] = Some((settings, tin_pass));
+        let Self { frame, buffers, imagery, ground, passes, .. } = self;
+        let bindings = TinBindings { frame, tin: buffers, pages: imagery.bindings(), ground };
+        let build = || TinPass::new(&cx.gpu.device, bindings, &settings);
+        passes[usize::from(fades)].get(settings, build).draw(pass, bindings);
         &self.frame
     }
 

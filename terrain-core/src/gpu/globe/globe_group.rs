@@ -1,4 +1,5 @@
 use super::globe_uniforms::GlobeUniforms;
+use crate::gpu::uniform_group::UniformGroup;
 
 const ALL_STAGES: wgpu::ShaderStages =
     wgpu::ShaderStages::VERTEX_FRAGMENT.union(wgpu::ShaderStages::COMPUTE);
@@ -16,30 +17,9 @@ impl GlobeGroup {
     pub const GROUP: u32 = 1;
 
     pub fn new(device: &wgpu::Device) -> Self {
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("globe"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: ALL_STAGES,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
-        });
-        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("globe"),
-            size: GlobeUniforms::BYTES,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("globe"),
-            layout: &layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
-        });
+        let usage = wgpu::BufferUsages::empty();
+        let UniformGroup { layout, group, buffer } =
+            UniformGroup::new(device, "globe", GlobeUniforms::BYTES, ALL_STAGES, usage);
         Self { layout, group, buffer, written: None }
     }
 

@@ -1,5 +1,6 @@
 use glam::{DVec2, DVec3, IVec2, Vec2, dvec2};
 
+use crate::gpu::uniform_group::UniformGroup;
 use crate::residency::page_table::PageLayout;
 use crate::tiling::TilingScheme;
 
@@ -48,30 +49,10 @@ impl PageGroundGroup {
     pub const GROUP: u32 = 3;
 
     pub fn new(device: &wgpu::Device) -> Self {
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("page ground"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::FRAGMENT,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
-        });
-        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("page ground"),
-            size: size_of::<PageGround>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("page ground"),
-            layout: &layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
-        });
+        let (bytes, usage) = (size_of::<PageGround>() as u64, wgpu::BufferUsages::empty());
+        let stages = wgpu::ShaderStages::FRAGMENT;
+        let UniformGroup { layout, group, buffer } =
+            UniformGroup::new(device, "page ground", bytes, stages, usage);
         Self { layout, group, buffer, written: None }
     }
 

@@ -2,6 +2,7 @@ use std::time::Instant;
 
 use super::depth_pyramid::DepthPyramid;
 use super::map_pass::{MapBindings, MapTriangles, TextureMapPass, TextureMapUniforms};
+use crate::built_for::BuiltFor;
 use crate::gpu::frame_group::FrameGroup;
 use crate::gpu::page_table::{PageBindings, PageMarks};
 use crate::gpu::shader_library::Shader;
@@ -16,7 +17,7 @@ pub(crate) struct SceneMap {
     uniforms: wgpu::Buffer,
     written: Option<TextureMapUniforms>,
     depth: Option<DepthPyramid>,
-    pass: Option<(PassKey, TextureMapPass)>,
+    pass: BuiltFor<PassKey, TextureMapPass>,
 }
 
 /// What decides how the map's passes are built: the map itself, where back faces are dropped, the most taps, and the
@@ -57,7 +58,7 @@ impl SceneMap {
             mapped_at_creation: false,
         });
         let layout = group_layout(device, first_binding);
-        Self { shader, layout, uniforms, written: None, depth: None, pass: None }
+        Self { shader, layout, uniforms, written: None, depth: None, pass: BuiltFor::default() }
     }
 
     /// Records the marking of all pages that the triangles show; `draw_depth` draws what may hide them. Returns the
@@ -139,16 +140,9 @@ impl SceneMap {
         let ranges = drawn.triangles.ranges;
         let uniforms = TextureMapUniforms::new(scene.layout, scene.viewport_px, ranges);
         let key = (uniforms.cells, face_culling, anisotropy, drawn.most);
-        let pass = match self.pass.take() {
-            Some((built_for, pass)) if built_for == key => pass,
-            _ => {
-                let over = (self.shader, &bindings);
-                let how = (face_culling, anisotropy);
-                TextureMapPass::new(device, over, &uniforms, how, drawn.most)
-            }
-        };
-        pass.record(encoder, &bindings, &drawn.triangles);
-        self.pass = Some((key, pass));
+        let (over, how) = ((self.shader, &bindings), (face_culling, anisotropy));
+        let build = || TextureMapPass::new(device, over, &uniforms, how, drawn.most);
+        self.pass.get(key, build).record(encoder, &bindings, &drawn.triangles);
     }
 
     /// Writes the uniforms; returns the bytes sent, 0 where nothing changed.

@@ -25,6 +25,7 @@ use glam::DVec2;
 use self::terrain::{ClipArrivals, ClipFocus, ClipTerrain};
 use super::{FrameContext, Moved, SceneState, TerrainMethod};
 use crate::CameraView;
+use crate::built_for::BuiltFor;
 use crate::dataset::TileSource;
 use crate::frame_setup::frame_uniforms;
 use crate::gpu::{
@@ -50,7 +51,7 @@ pub(super) struct Clipmap {
     frame: FrameGroup,
     bindings: ClipBindings,
     mesh: ClipMeshBuffers,
-    pass: Option<(ClipPassSettings, ClipPass)>,
+    pass: BuiltFor<ClipPassSettings, ClipPass>,
     /// What the windows were moved to last.
     focus: Option<ClipFocus>,
     /// No tiles: windows take the place of a selection.
@@ -81,7 +82,7 @@ impl Clipmap {
             frame: FrameGroup::new(device),
             bindings: ClipBindings::new(device, &textures),
             mesh: ClipMeshBuffers::new(device),
-            pass: None,
+            pass: BuiltFor::default(),
             focus: None,
             selection: Selection::default(),
             textures,
@@ -156,12 +157,9 @@ impl TerrainMethod for Clipmap {
             anisotropy: scene.settings.anisotropy,
             debug_view: scene.settings.debug_view,
         };
-        let terrain = match self.pass.take() {
-            Some((built_for, pass)) if built_for == settings => pass,
-            _ => ClipPass::new(&cx.gpu.device, &self.frame, &self.bindings, &settings),
-        };
+        let build = || ClipPass::new(&cx.gpu.device, &self.frame, &self.bindings, &settings);
+        let terrain = self.pass.get(settings, build);
         terrain.draw(pass, &self.frame, &self.bindings, &self.mesh);
-        self.pass = Some((settings, terrain));
         &self.frame
     }
 

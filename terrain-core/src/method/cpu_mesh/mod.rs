@@ -19,6 +19,7 @@ use self::height_tiles::{HeightTiles, load_patch};
 use super::cached_tiles::{CachedTiles, in_slots};
 use super::{FrameContext, Moved, SceneState, TerrainMethod};
 use crate::CameraView;
+use crate::built_for::BuiltFor;
 use crate::dataset::TileSource;
 use crate::gpu::{
     DebugImage, FrameGroup, TargetKind, TerrainCache, ViewMeshBuffers, ViewMeshPass,
@@ -42,7 +43,7 @@ pub(super) struct CpuMesh {
     buffers: ViewMeshBuffers,
     colours: ColourTiles,
     tiles: CachedTiles,
-    pass: Option<(ViewMeshPassSettings, ViewMeshPass)>,
+    pass: BuiltFor<ViewMeshPassSettings, ViewMeshPass>,
     failures: Vec<String>,
     selection: Selection,
     /// What the latest selection was made for.
@@ -93,7 +94,7 @@ impl CpuMesh {
             buffers: ViewMeshBuffers::new(&gpu.device),
             colours,
             tiles,
-            pass: None,
+            pass: BuiltFor::default(),
             failures: Vec::new(),
             selection: Selection { tiles: vec![TileId::ROOT], ..Default::default() },
             selected: None,
@@ -172,12 +173,9 @@ impl TerrainMethod for CpuMesh {
             anisotropy: scene.settings.anisotropy,
             debug_view: scene.settings.debug_view,
         };
-        let terrain = match self.pass.take() {
-            Some((built_for, pass)) if built_for == settings => pass,
-            _ => ViewMeshPass::new(&cx.gpu.device, &self.tiles.bindings, settings),
-        };
+        let build = || ViewMeshPass::new(&cx.gpu.device, &self.tiles.bindings, settings);
+        let terrain = self.pass.get(settings, build);
         terrain.draw(pass, &self.tiles.bindings, &self.buffers, self.mesh.triangle_count());
-        self.pass = Some((settings, terrain));
         &self.tiles.bindings.frame
     }
 

@@ -19,6 +19,7 @@ use self::mesh::GlobeMesh;
 use super::paged_texture::{PagedSource, PagedTexture};
 use super::{FrameContext, ImageState, Moved, SceneState, TerrainMethod};
 use crate::CameraView;
+use crate::built_for::BuiltFor;
 use crate::dataset::TileSource;
 use crate::frame_setup::frame_uniforms;
 use crate::gpu::{
@@ -41,9 +42,9 @@ pub(super) struct Globe {
     frame: FrameGroup,
     globe: GlobeGroup,
     /// By the most taps.
-    request_pass: Option<(u32, GlobeRequestPass)>,
+    request_pass: BuiltFor<u32, GlobeRequestPass>,
     /// The picture's pass, as long as no page fades in and while one does.
-    passes: [Option<(GlobePassSettings, GlobePass)>; 2],
+    passes: [BuiltFor<GlobePassSettings, GlobePass>; 2],
     /// The view that heights were wanted for, and the mesh's version then.
     wanted_for: Option<(CameraView, u64)>,
     selection: Selection,
@@ -75,16 +76,11 @@ impl Globe {
             imagery,
             frame: FrameGroup::new(&gpu.device),
             globe: GlobeGroup::new(&gpu.device),
-            request_pass: None,
-            passes: [None, None],
+            request_pass: BuiltFor::default(),
+            passes: Default::default(),
             wanted_for: None,
             selection: Selection { tiles: vec![TileId::ROOT], ..Default::default() },
         })
-    }
-
-    fn bindings(&self) -> GlobeBindings<'_> {
-        let Self { frame, globe, imagery, .. } = self;
-        GlobeBindings { frame, globe, pages: imagery.bindings() }
     }
 
     fn image_state(&self, scene: &SceneState) -> ImageState {
@@ -185,18 +181,13 @@ impl TerrainMethod for Globe {
         if !self.imagery.wants_image(&state) {
             return false;
         }
-        let taps = scene.settings.anisotropy;
-        let request_pass = match self.request_pass.take() {
-            Some((built_for, pass)) if built_for == taps => pass,
-            _ => GlobeRequestPass::new(&cx.gpu.device, self.bindings(), taps),
-        };
-        let Self { frame, globe, mesh, imagery, .. } = self;
-        let has_asked = imagery.ask(cx, encoder, state, |pass, pages| {
+        let Self { frame, globe, mesh, imagery, request_pass, .. } = self;
+        let (device, taps) = (&cx.gpu.device, scene.settings.anisotropy);
+        imagery.ask(cx, encoder, state, |pass, pages| {
             let bindings = GlobeBindings { frame, globe, pages };
-            request_pass.draw(pass, bindings, &mesh.buffers, mesh.drawn());
-        });
-        self.request_pass = Some((taps, request_pass));
-        has_asked
+            let build = || GlobeRequestPass::new(device, bindings, taps);
+            request_pass.get(taps, build).draw(pass, bindings, &mesh.buffers, mesh.drawn());
+        })
     }
 
     fn draw(
@@ -215,12 +206,11 @@ impl TerrainMethod for Globe {
             fades,
             debug_view: scene.settings.debug_view,
         };
-        let globe_pass = match self.passes[usize::from(fades)].take() {
-            Some((built_for, pass)) if built_for == settings => pass,
-            _ => GlobePass::new(&cx.gpu.device, self.bindings(), &settings),
-        };
-        globe_pass.draw(pass, self.bindings(), &self.mesh.buffers, self.mesh.drawn());
-        self.passes[usize::from(fades)] = Some((settings, globe_pass));
+        let Self { frame, globe, mesh, imagery, passes, .. } = self;
+        let bindings = GlobeBindings { frame, globe, pages: imagery.bindings() };
+        let build = || GlobePass::new(&cx.gpu.device, bindings, &settings);
+        let globe_pass = passes[usize::from(fades)].get(settings, build);
+        globe_pass.draw(pass, bindings, &mesh.buffers, mesh.drawn());
         &self.frame
     }
 

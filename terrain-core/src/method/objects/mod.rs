@@ -16,6 +16,7 @@ use self::standing::StandingModels;
 use super::paged_texture::{PagedSource, PagedTexture};
 use super::{FrameContext, ImageState, Moved, SceneState};
 use crate::CameraView;
+use crate::built_for::BuiltFor;
 use crate::dataset::{ColourFormat, Loaded, Shape};
 use crate::frame_setup::frame_uniforms;
 use crate::gpu::{
@@ -42,11 +43,11 @@ pub(crate) struct Objects {
     /// What of the models is in view.
     runs: Vec<ModelRun>,
     triangles: u64,
-    request_pass: Option<(u32, ObjectRequestPass)>,
+    request_pass: BuiltFor<u32, ObjectRequestPass>,
     /// What finds the pages instead, with the strategy of that name.
     map: Option<ObjectMap>,
     /// The picture's pass, as long as no page fades in and while one does.
-    passes: [Option<(ObjectPassSettings, ObjectPass)>; 2],
+    passes: [BuiltFor<ObjectPassSettings, ObjectPass>; 2],
 }
 
 /// The ground that models stand on.
@@ -93,10 +94,10 @@ impl Objects {
             buffers,
             runs: Vec::new(),
             triangles: 0,
-            request_pass: None,
+            request_pass: BuiltFor::default(),
             map: (own.strategy == Strategy::TextureMap)
                 .then(|| ObjectMap::new(&gpu.device, scene.instances.len())),
-            passes: [None, None],
+            passes: Default::default(),
         })
     }
 
@@ -183,17 +184,13 @@ impl Objects {
         if self.map.is_some() {
             return self.ask_map(cx, encoder, state, scene);
         }
-        let anisotropy = scene.settings.anisotropy;
-        let request_pass = match self.request_pass.take() {
-            Some((built_for, pass)) if built_for == anisotropy => pass,
-            _ => ObjectRequestPass::new(&cx.gpu.device, self.bindings(), anisotropy),
-        };
-        let Self { texture, frame, buffers, runs, .. } = self;
-        let has_asked = texture.ask(cx, encoder, state, |pass, pages| {
-            request_pass.draw(pass, ObjectBindings { frame, pages, objects: buffers }, runs);
-        });
-        self.request_pass = Some((anisotropy, request_pass));
-        has_asked
+        let Self { texture, frame, buffers, runs, request_pass, .. } = self;
+        let (device, anisotropy) = (&cx.gpu.device, scene.settings.anisotropy);
+        texture.ask(cx, encoder, state, |pass, pages| {
+            let bindings = ObjectBindings { frame, pages, objects: buffers };
+            let build = || ObjectRequestPass::new(device, bindings, anisotropy);
+            request_pass.get(anisotropy, build).draw(pass, bindings, runs);
+        })
     }
 
     /// Draws the models of the scene that was set up.
@@ -213,12 +210,10 @@ impl Objects {
             has_cutouts: self.has_cutouts,
             debug_view: scene.settings.debug_view,
         };
-        let object_pass = match self.passes[usize::from(fades)].take() {
-            Some((built_for, pass)) if built_for == settings => pass,
-            _ => ObjectPass::new(&cx.gpu.device, self.bindings(), &settings),
-        };
-        object_pass.draw(pass, self.bindings(), &self.runs);
-        self.passes[usize::from(fades)] = Some((settings, object_pass));
+        let Self { frame, texture, buffers, passes, runs, .. } = self;
+        let bindings = ObjectBindings { frame, pages: texture.bindings(), objects: buffers };
+        let build = || ObjectPass::new(&cx.gpu.device, bindings, &settings);
+        passes[usize::from(fades)].get(settings, build).draw(pass, bindings, runs);
     }
 
     /// After the frame's commands have been submitted.
@@ -304,11 +299,6 @@ impl Objects {
         let bindings = ObjectBindings { frame, pages: texture.bindings(), objects: buffers };
         let over = (texture.layout(), texture.marks());
         map.time(gpu, scene, (bindings, runs), over, repeats).map(Some)
-    }
-
-    fn bindings(&self) -> ObjectBindings<'_> {
-        let Self { frame, texture, buffers, .. } = self;
-        ObjectBindings { frame, pages: texture.bindings(), objects: buffers }
     }
 
     fn image_state(&self, scene: &SceneState) -> ImageState {

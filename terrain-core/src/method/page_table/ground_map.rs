@@ -1,5 +1,6 @@
 //! The pages that plane ground needs, found by laying its triangles into a texture map.
 
+use crate::built_for::BuiltFor;
 use crate::gpu::{
     GpuContext, GroundDepthPass, MAP_GROUND, MapScene, PageGroundBindings, PageMarks, SceneMap,
     ground_triangles,
@@ -13,13 +14,13 @@ use crate::residency::page_table::PageLayout;
 pub(super) struct GroundMap {
     map: SceneMap,
     /// With what decides how it is built: whether the lookup is linear, and whether there are voids.
-    depth_pass: Option<((bool, bool), GroundDepthPass)>,
+    depth_pass: BuiltFor<(bool, bool), GroundDepthPass>,
 }
 
 impl GroundMap {
     pub fn new(device: &wgpu::Device) -> Self {
         let map = SceneMap::new(device, &MAP_GROUND, wgpu::BufferBindingType::Uniform);
-        Self { map, depth_pass: None }
+        Self { map, depth_pass: BuiltFor::default() }
     }
 
     /// Records the marking of all pages that the ground of a scene shows; returns the bytes sent for it.
@@ -33,10 +34,8 @@ impl GroundMap {
     ) -> u64 {
         let Some(mesh) = drawn.meshes.picture() else { return 0 };
         let key = (scene.settings.lookup == LookupMethod::Linear, drawn.has_voids);
-        let depth_pass = match self.depth_pass.take() {
-            Some((built_for, pass)) if built_for == key => pass,
-            _ => GroundDepthPass::new(&gpu.device, ground, key),
-        };
+        let build = || GroundDepthPass::new(&gpu.device, ground, key);
+        let depth_pass = self.depth_pass.get(key, build);
         let map_scene = MapScene {
             frame: &ground.frame.frame,
             marks,
@@ -47,10 +46,8 @@ impl GroundMap {
             anisotropy: scene.settings.anisotropy,
         };
         let triangles = ground_triangles(ground.ground, mesh);
-        let sent = self.map.mark(gpu, encoder, map_scene, &triangles, |pass| {
+        self.map.mark(gpu, encoder, map_scene, &triangles, |pass| {
             depth_pass.draw(pass, ground, mesh);
-        });
-        self.depth_pass = Some((key, depth_pass));
-        sent
+        })
     }
 }

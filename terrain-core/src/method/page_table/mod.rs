@@ -21,6 +21,7 @@ use super::drawn_tiles::DrawnTiles;
 use super::paged_texture::{PagedSource, PagedTexture};
 use super::{FrameContext, ImageState, Moved, SceneState, TerrainMethod};
 use crate::CameraView;
+use crate::built_for::BuiltFor;
 use crate::dataset::TileSource;
 use crate::frame_setup::mesh_scale_m;
 use crate::gpu::{
@@ -41,11 +42,11 @@ pub(super) struct PageTable {
     drawn: DrawnTiles,
     imagery: PagedTexture,
     ground: PageGroundGroup,
-    request_pass: Option<(RequestPassKey, PageRequestPass)>,
+    request_pass: BuiltFor<RequestPassKey, PageRequestPass>,
     /// What finds the pages instead, with the strategy of that name.
     map: Option<GroundMap>,
     /// The picture's pass, as long as no page fades in and while one does.
-    passes: [Option<(PageGroundPassSettings, PageGroundPass)>; 2],
+    passes: [BuiltFor<PageGroundPassSettings, PageGroundPass>; 2],
     /// The height tiles chosen.
     selection: Selection,
 }
@@ -75,9 +76,9 @@ impl PageTable {
             heights: StreamedHeights::new(tree, slots, intake),
             drawn,
             imagery,
-            request_pass: None,
+            request_pass: BuiltFor::default(),
             map: (settings.strategy == Strategy::TextureMap).then(|| GroundMap::new(&gpu.device)),
-            passes: [None, None],
+            passes: Default::default(),
             selection: Selection { tiles: vec![TileId::ROOT], ..Default::default() },
         })
     }
@@ -159,18 +160,14 @@ impl TerrainMethod for PageTable {
             return self.ask_map(cx, encoder, state, scene);
         }
         let key = self.request_pass_key(&scene.settings);
-        let request_pass = match self.request_pass.take() {
-            Some((built_for, pass)) if built_for == key => pass,
-            _ => PageRequestPass::new(&cx.gpu.device, self.ground_bindings(), key),
-        };
-        let Self { drawn, imagery, ground, .. } = self;
+        let Self { drawn, imagery, ground, request_pass, .. } = self;
         let Some(mesh) = drawn.meshes.picture() else { return false };
-        let has_asked = imagery.ask(cx, encoder, state, |pass, pages| {
+        let device = &cx.gpu.device;
+        imagery.ask(cx, encoder, state, |pass, pages| {
             let bindings = PageGroundBindings { frame: &drawn.tiles.bindings, pages, ground };
-            request_pass.draw(pass, bindings, mesh.parts(), mesh.visible());
-        });
-        self.request_pass = Some((key, request_pass));
-        has_asked
+            let build = || PageRequestPass::new(device, bindings, key);
+            request_pass.get(key, build).draw(pass, bindings, mesh.parts(), mesh.visible());
+        })
     }
 
     fn draw(
@@ -191,14 +188,14 @@ impl TerrainMethod for PageTable {
             fades,
             debug_view: scene.settings.debug_view,
         };
-        let ground_pass = match self.passes[usize::from(fades)].take() {
-            Some((built_for, pass)) if built_for == settings => pass,
-            _ => PageGroundPass::new(&cx.gpu.device, self.ground_bindings(), &settings),
-        };
-        if let Some(mesh) = self.drawn.meshes.picture() {
-            ground_pass.draw(pass, self.ground_bindings(), mesh.parts(), mesh.visible());
+        let Self { drawn, imagery, ground, passes, .. } = self;
+        let (frame, pages) = (&drawn.tiles.bindings, imagery.bindings());
+        let bindings = PageGroundBindings { frame, pages, ground };
+        let build = || PageGroundPass::new(&cx.gpu.device, bindings, &settings);
+        let ground_pass = passes[usize::from(fades)].get(settings, build);
+        if let Some(mesh) = drawn.meshes.picture() {
+            ground_pass.draw(pass, bindings, mesh.parts(), mesh.visible());
         }
-        self.passes[usize::from(fades)] = Some((settings, ground_pass));
         &self.drawn.tiles.bindings.frame
     }
 
@@ -266,11 +263,6 @@ impl TerrainMethod for PageTable {
 }
 
 impl PageTable {
-    fn ground_bindings(&self) -> PageGroundBindings<'_> {
-        let Self { drawn, imagery, ground, .. } = self;
-        PageGroundBindings { frame: &drawn.tiles.bindings, pages: imagery.bindings(), ground }
-    }
-
     /// Has the texture map find the pages of a state, and asks for them.
     fn ask_map(
         &mut self,
