@@ -268,10 +268,9 @@ impl Objects {
             return false;
         };
         let (gpu, mut sent) = (cx.gpu, 0);
-        let layout = texture.layout().clone();
-        let has_asked = texture.ask_marked(cx, encoder, state, |encoder, marks, pages| {
+        let has_asked = texture.ask_marked(cx, encoder, state, |encoder, over, pages| {
             let bindings = ObjectBindings { frame, pages, objects: buffers };
-            sent = map.mark(gpu, encoder, scene, (bindings, runs), (&layout, marks));
+            sent = map.mark(gpu, encoder, scene, (bindings, runs), over);
         });
         cx.ledger.add(ByteCause::Uniform, sent);
         has_asked

@@ -273,10 +273,9 @@ impl PageTable {
     ) -> bool {
         let Self { drawn, imagery, ground, map: Some(map), .. } = self else { return false };
         let (gpu, mut sent) = (cx.gpu, 0);
-        let layout = imagery.layout().clone();
-        let has_asked = imagery.ask_marked(cx, encoder, state, |encoder, marks, pages| {
+        let has_asked = imagery.ask_marked(cx, encoder, state, |encoder, over, pages| {
             let bindings = PageGroundBindings { frame: &drawn.tiles.bindings, pages, ground };
-            sent = map.mark(gpu, encoder, scene, (drawn, bindings), (&layout, marks));
+            sent = map.mark(gpu, encoder, scene, (drawn, bindings), over);
         });
         cx.ledger.add(ByteCause::Uniform, sent);
         has_asked

@@ -228,23 +228,23 @@ impl PagedTexture {
         self.has_asked(cx, state, bytes)
     }
 
-    /// [`Self::ask`] where pages are found otherwise than by asking pixels: `mark` marks them
-    /// (`common/page_marks.wgsl`).
+    /// [`Self::ask`] where pages are found otherwise than by asking pixels: `mark` marks those of the layout it is
+    /// given (`common/page_marks.wgsl`).
     pub fn ask_marked(
         &mut self,
         cx: &mut FrameContext<'_>,
         encoder: &mut wgpu::CommandEncoder,
         state: ImageState,
-        mark: impl FnOnce(&mut wgpu::CommandEncoder, &PageMarks, &PageBindings),
+        mark: impl FnOnce(&mut wgpu::CommandEncoder, (&PageLayout, &PageMarks), &PageBindings),
     ) -> bool {
         if !self.wants_image(&state) || !self.feedback.is_free() {
             return false;
         }
-        let Self { feedback, bindings, .. } = self;
+        let Self { feedback, bindings, pages, .. } = self;
         let size_px = state.view.viewport_px;
         let bytes =
             feedback.record_marked(&cx.gpu.device, encoder, size_px, bindings, |encoder, marks| {
-                mark(encoder, marks, bindings)
+                mark(encoder, (pages.stream.layout(), marks), bindings)
             });
         self.has_asked(cx, state, bytes)
     }
